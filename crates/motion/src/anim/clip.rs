@@ -154,7 +154,7 @@ impl Clip {
             return self.clone();
         };
         let packed = (plain.joints == skeleton.len())
-            .then(|| PackedClip::new(skeleton, &plain.desc, settings));
+            .then(|| PackedClip::new(skeleton, self, &plain.desc, settings));
         let Some(mut packed) = packed.flatten() else {
             return self.clone();
         };
@@ -165,7 +165,7 @@ impl Clip {
         if !(errors[0] <= settings.joint_error && errors[1] <= settings.end_error) {
             return self.clone();
         }
-        packed.set_errors(errors);
+        packed.stored.errors = errors;
         Self {
             frames: Frames::Packed(packed),
         }
@@ -177,7 +177,7 @@ impl Clip {
     pub fn compression_errors(&self) -> Option<[f32; 2]> {
         match &self.frames {
             Frames::Plain(_) => None,
-            Frames::Packed(packed) => Some(packed.errors()),
+            Frames::Packed(packed) => Some(packed.stored.errors),
         }
     }
 
@@ -206,7 +206,7 @@ impl Clip {
     pub fn name(&self) -> &str {
         match &self.frames {
             Frames::Plain(plain) => &plain.desc.name,
-            Frames::Packed(packed) => packed.name(),
+            Frames::Packed(packed) => &packed.stored.name,
         }
     }
 
@@ -233,7 +233,7 @@ impl Clip {
     pub fn frame_rate(&self) -> f64 {
         match &self.frames {
             Frames::Plain(plain) => plain.desc.frame_rate,
-            Frames::Packed(packed) => packed.frame_rate(),
+            Frames::Packed(packed) => packed.stored.frame_rate,
         }
     }
 
@@ -333,7 +333,7 @@ impl Clip {
         self.moment(lower, weight)
     }
 
-    fn moment(&self, lower: usize, weight: f32) -> Moment<'_> {
+    pub(super) fn moment(&self, lower: usize, weight: f32) -> Moment<'_> {
         match &self.frames {
             Frames::Plain(plain) => Moment(Source::Plain(PlainMoment {
                 clip: plain,
@@ -365,7 +365,7 @@ impl Clip {
             let mut same = self.clone();
             match &mut same.frames {
                 Frames::Plain(plain) => plain.desc.frame_rate = frame_rate,
-                Frames::Packed(packed) => packed.set_frame_rate(frame_rate),
+                Frames::Packed(packed) => packed.stored.frame_rate = frame_rate,
             }
             return Ok(same);
         }

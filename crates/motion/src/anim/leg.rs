@@ -457,77 +457,13 @@ fn half_angle(c: f32, [a, b]: [f32; 2]) -> Vec2 {
 
 #[cfg(test)]
 mod tests {
-    use super::ik_tests::{joints, skeleton};
-    use super::*;
-    use crate::anim::JointTransform;
-
-    fn straight() -> Pose {
-        Pose {
-            root: Vec3::Y,
-            rotations: vec![Quat::IDENTITY; 6],
-            translations: Vec::new(),
-        }
-    }
-
-    /// Knees from bent the wrong way, which blends of two motions may cause, to bent well.
-    #[test]
-    fn a_knee_bends_forward_and_never_jumps() {
-        const STEP: f32 = 1e-3;
-        let skeleton = skeleton();
-        let leg = Leg::all(&skeleton)[0];
-        // The hinge is not quite the knee's axis; without one the foot tells.
-        for hinge in [Vec3::ZERO, Vec3::new(-0.95, 0.0, 0.3)] {
-            let mut before = None::<Vec3>;
-            for step in 0..1000 {
-                let knee = -0.35 + step as f32 * STEP;
-                let foot = Quat::from_rotation_y(0.3) * Quat::from_rotation_x(-knee);
-                let mut pose = straight();
-                (pose.rotations[3], pose.rotations[4]) = (Quat::from_rotation_x(knee), foot);
-                let (hip, ankle) = (joints(&pose)[1].translation, joints(&pose)[4]);
-                let foot = JointTransform {
-                    translation: hip - Vec3::Y * 0.62,
-                    ..ankle
-                };
-                let missed = leg.reach_by_knee(&skeleton, &mut pose, foot, Knee::Forward(hinge));
-                assert!(missed < 1e-5);
-                let knee = joints(&pose)[3].translation - hip;
-                assert!(knee.z > 0.2, "{knee} at {step}");
-                let jump = before.map_or(0.0, |before| before.distance(knee));
-                assert!(jump < 2.0 * STEP, "{jump} at {step}");
-                before = Some(knee);
-            }
-        }
-    }
-
-    #[test]
-    fn a_knee_that_is_bent_the_wrong_way_is_straightened() {
-        let skeleton = skeleton();
-        let leg = Leg::all(&skeleton)[0];
-        let mut pose = straight();
-        pose.rotations[2] = Quat::from_rotation_y(0.4);
-        pose.rotations[3] = Quat::from_rotation_x(0.5);
-        let hinge = leg.knee_hinge(&skeleton, &pose);
-        assert!((hinge.length() - 0.5f32.sin()).abs() < 1e-5, "{hinge}");
-        let hinge = hinge.normalize();
-        for (knee, least) in [(-0.3f32, 0.0f32), (-0.3, -0.1), (0.2, 0.0)] {
-            pose.rotations[3] = Quat::from_rotation_x(knee);
-            let flexion = least.sin();
-            leg.limit_knee(&skeleton, &mut pose, KneeLimit { hinge, flexion });
-            let flexion = leg.knee_hinge(&skeleton, &pose).dot(hinge).asin();
-            assert!((flexion - knee.max(least)).abs() < 1e-3, "{flexion}");
-        }
-    }
-}
-
-#[cfg(test)]
-mod ik_tests {
     use super::*;
     use crate::anim::{Joint, JointKind, forward_kinematics};
     use proptest::prelude::*;
 
     const BONES: [f32; 2] = [0.43, 0.40];
 
-    pub(in crate::anim) fn skeleton() -> Skeleton {
+    fn skeleton() -> Skeleton {
         let joint = |(name, parent, offset): (&str, Option<u16>, Vec3)| Joint {
             name: name.into(),
             parent: parent.map(JointId),
@@ -567,7 +503,7 @@ mod ik_tests {
         })
     }
 
-    pub(in crate::anim) fn joints(pose: &Pose) -> Vec<JointTransform> {
+    fn joints(pose: &Pose) -> Vec<JointTransform> {
         let mut joints = Vec::new();
         forward_kinematics(&skeleton(), pose, &mut joints);
         joints
@@ -648,5 +584,62 @@ mod ik_tests {
             before = distance;
         }
         assert!(full - before < 1e-3);
+    }
+
+    fn straight() -> Pose {
+        Pose {
+            root: Vec3::Y,
+            rotations: vec![Quat::IDENTITY; 6],
+            translations: Vec::new(),
+        }
+    }
+
+    /// Knees from bent the wrong way, which blends of two motions may cause, to bent well.
+    #[test]
+    fn a_knee_bends_forward_and_never_jumps() {
+        const STEP: f32 = 1e-3;
+        let skeleton = skeleton();
+        let leg = Leg::all(&skeleton)[0];
+        // The hinge is not quite the knee's axis; without one the foot tells.
+        for hinge in [Vec3::ZERO, Vec3::new(-0.95, 0.0, 0.3)] {
+            let mut before = None::<Vec3>;
+            for step in 0..1000 {
+                let knee = -0.35 + step as f32 * STEP;
+                let foot = Quat::from_rotation_y(0.3) * Quat::from_rotation_x(-knee);
+                let mut pose = straight();
+                (pose.rotations[3], pose.rotations[4]) = (Quat::from_rotation_x(knee), foot);
+                let (hip, ankle) = (joints(&pose)[1].translation, joints(&pose)[4]);
+                let foot = JointTransform {
+                    translation: hip - Vec3::Y * 0.62,
+                    ..ankle
+                };
+                let missed = leg.reach_by_knee(&skeleton, &mut pose, foot, Knee::Forward(hinge));
+                assert!(missed < 1e-5);
+                let knee = joints(&pose)[3].translation - hip;
+                assert!(knee.z > 0.2, "{knee} at {step}");
+                let jump = before.map_or(0.0, |before| before.distance(knee));
+                assert!(jump < 2.0 * STEP, "{jump} at {step}");
+                before = Some(knee);
+            }
+        }
+    }
+
+    #[test]
+    fn a_knee_that_is_bent_the_wrong_way_is_straightened() {
+        let skeleton = skeleton();
+        let leg = Leg::all(&skeleton)[0];
+        let mut pose = straight();
+        pose.rotations[2] = Quat::from_rotation_y(0.4);
+        pose.rotations[3] = Quat::from_rotation_x(0.5);
+        let hinge = leg.knee_hinge(&skeleton, &pose);
+        assert!((hinge.length() - 0.5f32.sin()).abs() < 1e-5, "{hinge}");
+        let hinge = hinge.normalize();
+        for (knee, least) in [(-0.3f32, 0.0f32), (-0.3, -0.1), (0.2, 0.0)] {
+            pose.rotations[3] = Quat::from_rotation_x(knee);
+            let flexion = least.sin();
+            leg.limit_knee(&skeleton, &mut pose, KneeLimit { hinge, flexion });
+            let flexion = leg.knee_hinge(&skeleton, &pose).dot(hinge).asin();
+            assert!((flexion - knee.max(least)).abs() < 1e-3, "{flexion}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::packed::{PackedMoment, scatter};
+use super::packed::{PackedGroups, PackedMoment, scatter};
 use super::plain::PlainClip;
 use super::pose::{nlerp, slerp};
 use super::rows::{self, Block, LANES, Rows, Slerp};
@@ -66,7 +66,10 @@ impl Moment<'_> {
     pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
         match &self.0 {
             Source::Plain(plain) => plain.translation(joint),
-            Source::Packed(packed) => packed.moves_joints().then(|| packed.translation(joint)),
+            Source::Packed(packed) => packed
+                .clip
+                .moves_joints()
+                .then(|| packed.translation(joint)),
         }
     }
 
@@ -88,7 +91,7 @@ impl Moment<'_> {
     pub fn moves_joints(&self) -> bool {
         match &self.0 {
             Source::Plain(plain) => plain.moves_joints(),
-            Source::Packed(packed) => packed.moves_joints(),
+            Source::Packed(packed) => packed.clip.moves_joints(),
         }
     }
 
@@ -110,7 +113,7 @@ impl Moment<'_> {
                 },
             ),
             (Source::Packed(source), Source::Packed(target))
-                if source.lanes() == target.lanes() =>
+                if source.clip.lanes() == target.clip.lanes() =>
             {
                 Isa::best().read_rows(BlendedGroups {
                     source,
@@ -158,8 +161,9 @@ impl RowKernel for BlendedGroups<'_> {
 
     #[inline(always)]
     fn run<R: RowReader>(self, reader: R) {
-        let (mut sources, mut targets) = (self.source.groups(reader), self.target.groups(reader));
-        for lanes in self.source.lanes().chunks(LANES) {
+        let mut sources = PackedGroups::new(self.source, reader);
+        let mut targets = PackedGroups::new(self.target, reader);
+        for lanes in self.source.clip.lanes().chunks(LANES) {
             let source = sources.next_block(lanes.len());
             let mut target = targets.next_block(lanes.len());
             if let Some(lane) = lanes.iter().position(|&joint| joint == 0) {

@@ -34,14 +34,10 @@ impl Pose {
     /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
     /// motion.
     pub fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
-        let offset = || skeleton.joint(id).offset;
+        let offset = &skeleton.joint(id).offset;
         let place = match id {
             JointId::ROOT => self.root,
-            _ => self
-                .translations
-                .get(id.index())
-                .copied()
-                .unwrap_or_else(offset),
+            _ => *self.translations.get(id.index()).unwrap_or(offset),
         };
         (self.rotations[id.index()], place)
     }
@@ -123,14 +119,10 @@ pub fn forward_kinematics(skeleton: &Skeleton, pose: &Pose, out: &mut Vec<JointT
             },
             Some(parent) => {
                 let parent = out[parent.index()];
-                let offset = pose
-                    .translations
-                    .get(index)
-                    .copied()
-                    .unwrap_or(joint.offset);
+                let offset = pose.translations.get(index).unwrap_or(&joint.offset);
                 JointTransform {
                     rotation: parent.rotation * rotation,
-                    translation: parent.point(offset),
+                    translation: parent.point(*offset),
                 }
             }
         };

@@ -306,20 +306,10 @@ impl Skeleton {
         names.extend(missing(other, self));
         names.sort();
         names.dedup();
-        if names.is_empty()
-            && self
-                .joints
-                .iter()
-                .zip(&other.joints)
-                .any(|(a, b)| a.name != b.name)
-        {
-            names = self
-                .joints
-                .iter()
-                .zip(&other.joints)
-                .filter(|(a, b)| a.name != b.name)
-                .map(|(a, _)| a.name.clone())
-                .collect();
+        if names.is_empty() {
+            let pairs = self.joints.iter().zip(&other.joints);
+            let moved = pairs.filter(|(a, b)| a.name != b.name);
+            names = moved.map(|(a, _)| a.name.clone()).collect();
         }
         names
     }

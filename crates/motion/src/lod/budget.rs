@@ -156,19 +156,6 @@ impl Planner {
         }
     }
 
-    /// Upper bound of the number of characters nearer than `distance`.
-    fn nearer(&self, distance: f32) -> u32 {
-        self.up_to(bucket(distance))
-    }
-
-    /// Lower bound of the number of characters nearer than `distance`.
-    fn surely_nearer(&self, distance: f32) -> u32 {
-        match bucket(distance) {
-            0 => 0,
-            bucket => self.up_to(bucket - 1),
-        }
-    }
-
     /// Upper bound of the cost at a screen error, for every state of the hysteresis, in milliseconds.
     fn price(&mut self, levels: &Levels, budget: &Budget, pixels: f32) -> Result<f32, LodError> {
         let settings = SwitchSettings {
@@ -189,10 +176,12 @@ impl Planner {
         let mut nanoseconds = all * (f64::from(character) + f64::from(joint) * coarsest as f64);
         for band in self.switching.bands() {
             // Each level keeps one joint less than the one before.
-            let finer = self.nearer(band.end);
+            // No fewer than are nearer, and no more than those that are surely nearer.
+            let finer = self.up_to(bucket(band.end));
+            let surely = bucket(band.start).checked_sub(1);
             nanoseconds += f64::from(finer) * f64::from(joint);
             if settings.blend_step.is_some() {
-                let within = finer - self.surely_nearer(band.start).min(finer);
+                let within = finer - surely.map_or(0, |last| self.up_to(last)).min(finer);
                 nanoseconds += f64::from(within) * f64::from(blend);
             }
         }

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::attach::{Attachments, FittedAttachment, Place, Samples, place_all};
+use super::attach::{Attachments, FittedAttachment, Samples};
 use super::level::{Level, LevelError};
-use crate::anim::{Clip, JointId, Skeleton};
+use crate::anim::{Clip, JointId, Place, Skeleton, place_all};
 
 /// Results of one pass over the clips.
 pub(super) struct Measured {
@@ -15,12 +15,7 @@ pub(super) struct Measured {
     pub(super) reach: f32,
 }
 
-/// The removal of one joint, and the joints that it moves.
-struct Change {
-    moved: Vec<Moved>,
-}
-
-/// A joint, with its attachment before the removal and after it.
+/// A joint that is moved by the removal of a joint, with its attachment before the removal and after it.
 type Moved = (JointId, CarrierPlace, CarrierPlace);
 
 /// A carrier, and a transform of an attached joint in its frame.
@@ -64,7 +59,7 @@ pub(super) fn measure(
     }
 }
 
-fn changes(skeleton: &Skeleton, levels: &[Level], fitted: &[FittedAttachment]) -> Vec<Change> {
+fn changes(skeleton: &Skeleton, levels: &[Level], fitted: &[FittedAttachment]) -> Vec<Vec<Moved>> {
     let mut attachments = Attachments::none(skeleton.len());
     let removed = levels.iter().filter_map(|level| level.removed);
     let take_out = |(joint, attachment): (JointId, &FittedAttachment)| {
@@ -73,9 +68,7 @@ fn changes(skeleton: &Skeleton, levels: &[Level], fitted: &[FittedAttachment]) -
         let moved = before
             .into_iter()
             .map(|(moved, offset)| (moved, (joint, offset), attachments.by_joint[moved.index()]));
-        Change {
-            moved: moved.collect(),
-        }
+        moved.collect()
     };
     removed.zip(fitted).map(take_out).collect()
 }
@@ -93,12 +86,12 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    fn add(&mut self, places: &[Place], changes: &[Change]) {
+    fn add(&mut self, places: &[Place], changes: &[Vec<Moved>]) {
         self.now.fill((0.0, 0.0));
         let attached = |(carrier, offset): &CarrierPlace| places[carrier.index()].after(offset);
         let mut sum = 0.0;
         for (level, change) in (1..).zip(changes) {
-            for (joint, old, new) in &change.moved {
+            for (joint, old, new) in change {
                 let truth = places[joint.index()];
                 let (old, new) = (attached(old), attached(new));
                 let mut of_joint = (0.0, 0.0f64);
@@ -125,10 +118,10 @@ impl Pass<'_> {
         }
     }
 
-    fn finish(&mut self, changes: &[Change], frames: usize) {
+    fn finish(&mut self, changes: &[Vec<Moved>], frames: usize) {
         let mut removed = 0;
         for (level, change) in (1..).zip(changes) {
-            let joint = change.moved.iter().find(|(joint, old, _)| *joint == old.0);
+            let joint = change.iter().find(|(joint, old, _)| *joint == old.0);
             removed += joint.map_or(0, |(joint, ..)| self.samples.points(*joint).len());
             let mean = |points: usize| (self.sums[level] / (points * frames).max(1) as f64) as f32;
             let (of_removed, of_all) = (mean(removed), mean(self.points));

@@ -16,12 +16,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::attach::{Place, place_all};
 use super::level::check;
 use super::mass::{Moments, moments_below};
 use super::settings::{Flexion, LevelSettings};
 use super::{Level, LodError};
-use crate::anim::{Clip, JointId, Skeleton};
+use crate::anim::{Clip, JointId, Place, Skeleton, place_all};
 
 impl LevelSettings {
     /// Factor of a joint's energy by its bend.
@@ -130,13 +129,17 @@ impl<'a> Energies<'a> {
         for &index in &changes.energies {
             self.sums[level.kept[index].index()] = 0.0;
         }
+        let mut children = vec![Vec::new(); level.kept.len()];
+        for (child, parent) in level.bones() {
+            children[parent].push(child);
+        }
         let mut pass = Pass {
             level,
             settings: self.settings,
             masses,
             moments: Vec::new(),
             changes,
-            children: children(level),
+            children,
             sums: &mut self.sums,
         };
         let joints = self.skeleton.len();
@@ -169,14 +172,6 @@ impl<'a> Energies<'a> {
         };
         Ok(level.kept.iter().map(mean).collect())
     }
-}
-
-fn children(level: &Level) -> Vec<Vec<usize>> {
-    let mut children = vec![Vec::new(); level.kept.len()];
-    for (child, parent) in level.bones() {
-        children[parent].push(child);
-    }
-    children
 }
 
 /// The joints that differ from the previous level, as indices into the level's kept joints.

@@ -19,8 +19,7 @@ use glam::{Affine3A, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::LodError;
-use super::attach::{Place, place_all};
-use crate::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
+use crate::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Place, Skeleton, place_all};
 
 /// A level of detail by its index in [`Levels::levels`]: level 0 keeps all joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -464,22 +463,24 @@ impl Levels {
     /// The blend from a level to the next coarser one, or `None` for the last level.
     #[must_use]
     pub fn blend(&self, level: LevelId) -> Option<Blend> {
-        let (finer, coarser) = (
-            self.levels.get(level.index())?,
-            self.levels.get(level.index() + 1)?,
-        );
-        let removed = coarser.removed?;
-        let attachment = coarser.attachments.get(removed.index())?;
-        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
-        Some(Blend {
-            joint: finer.index_of(removed)? as u16,
-            carrier: finer.index_of(carrier)? as u16,
-            offset: attachment.offset,
-        })
+        let finer = self.levels.get(level.index())?;
+        let coarser = self.levels.get(level.index() + 1)?;
+        Blend::to_carrier(finer, coarser, coarser.removed?)
     }
 }
 
 impl Blend {
+    /// The blend of a joint of `posed` to where `coarser`, which has lost it, draws it.
+    pub(crate) fn to_carrier(posed: &Level, coarser: &Level, joint: JointId) -> Option<Self> {
+        let attachment = coarser.attachments.get(joint.index())?;
+        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
+        Some(Self {
+            joint: posed.index_of(joint)? as u16,
+            carrier: posed.index_of(carrier)? as u16,
+            offset: attachment.offset,
+        })
+    }
+
     /// Blends the joint's matrix linearly. `matrices` are those of the finer level, in model space; at weight 0 the joint keeps its own
     /// motion, at 1 it follows the carrier.
     pub fn apply(&self, weight: f32, matrices: &mut [Affine3A]) {

@@ -4,12 +4,11 @@
 //! over the bones that start at it, in proportion to their lengths. The sums below all joints come from one pass, by the parallel axis
 //! theorem.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::attach::Place;
 use super::{Level, LodError};
-use crate::anim::{JointId, Skeleton, details};
+use crate::anim::{JointId, Place, Skeleton, details};
 
 /// Masses of the joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -106,23 +105,17 @@ impl Masses {
 }
 
 /// The mass of a part of the body and its first two moments, about one point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Moments {
     /// Mass, in kilograms.
     mass: f64,
     /// Sum of mass times position.
     first: DVec3,
-    /// Sum of mass times the outer product of the position with itself.
-    second: DMat3,
+    /// Sum of mass times squared distance.
+    second: f64,
 }
 
 impl Moments {
-    const NONE: Self = Self {
-        mass: 0.0,
-        first: DVec3::ZERO,
-        second: DMat3::ZERO,
-    };
-
     fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.first += other.first;
@@ -133,33 +126,22 @@ impl Moments {
         Self {
             mass,
             first: mass * at,
-            second: outer(at, at) * mass,
+            second: mass * at.length_squared(),
         }
     }
 
     /// A thin uniform rod.
     fn rod(mass: f64, [from, to]: [DVec3; 2]) -> Self {
-        let middle = 0.5 * (from + to);
-        let mut moments = Self::point(mass, middle);
-        let along = to - from;
-        moments.second += outer(along, along) * (mass / 12.0);
+        let mut moments = Self::point(mass, 0.5 * (from + to));
+        moments.second += mass / 12.0 * from.distance_squared(to);
         moments
     }
 
     /// The sum of mass times squared distance from `point`, in kg m².
     pub(super) fn about_point(&self, point: DVec3) -> f64 {
-        let mixed = outer(self.first, point) + outer(point, self.first);
-        let second = self.second - mixed + outer(point, point) * self.mass;
-        trace(second).max(0.0)
+        let mixed = 2.0 * self.first.dot(point);
+        (self.second - mixed + self.mass * point.length_squared()).max(0.0)
     }
-}
-
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
-}
-
-fn trace(m: DMat3) -> f64 {
-    m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
 /// Writes the moments of everything below each kept joint, its own bones included, to `out`. `masses` has the mass of each kept
@@ -178,7 +160,7 @@ pub(super) fn moments_below(
         lengths[parent] += length(child, parent);
     }
     out.clear();
-    out.resize(level.kept.len(), Moments::NONE);
+    out.resize(level.kept.len(), Moments::default());
     for index in (0..level.kept.len()).filter(|&index| lengths[index] <= 0.0) {
         out[index] = Moments::point(masses[index], at(index));
     }

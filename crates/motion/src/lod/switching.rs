@@ -64,15 +64,6 @@ pub enum Measure {
     Mean,
 }
 
-impl Measure {
-    pub(super) fn error_of(self, error: &super::level::LevelError) -> f32 {
-        match self {
-            Self::Greatest => error.max,
-            Self::Mean => error.mean,
-        }
-    }
-}
-
 impl Default for SwitchSettings {
     /// A person of 1.7 m is 20 pixels high at L.
     fn default() -> Self {
@@ -179,7 +170,10 @@ impl Switching {
         for level in levels.levels.iter().skip(1) {
             energy = energy.max(level.energy);
             if let Rule::ScreenError { measure, .. } = settings.rule {
-                error = error.max(measure.error_of(&level.error));
+                error = error.max(match measure {
+                    Measure::Greatest => level.error.max,
+                    Measure::Mean => level.error.mean,
+                });
             }
             let (near, step) = (levels.reach, level.error.step);
             let band = match settings.rule {

@@ -87,17 +87,8 @@ impl PackedClip {
             && self.stored.frame_rate > 0.0
             && self.stored.errors.iter().all(|error| error.is_finite())
             && self.stored.lanes == lanes(skeleton)
-            && self.has_sound_rotations()
+            && Isa::best().read_rows(SoundRotations(self))
             && self.has_near_places()
-    }
-
-    fn has_sound_rotations(&self) -> bool {
-        self.has_sound_rotations_on(Isa::best())
-    }
-
-    /// All instruction sets find the same.
-    fn has_sound_rotations_on(&self, isa: Isa) -> bool {
-        isa.read_rows(SoundRotations(self))
     }
 
     fn has_near_places(&self) -> bool {

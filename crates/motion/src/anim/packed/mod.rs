@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::{JointKind, Skeleton};
 use crate::math::byte_list;
 use crate::math::code_rows::CODES;
-pub(super) use read::{PackedMoment, scatter};
+pub(super) use read::{PackedGroups, PackedMoment, scatter};
 pub use write::CompressionSettings;
 pub(super) use write::largest_errors;
 
@@ -46,7 +46,7 @@ const NO_LANE: u16 = u16::MAX;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "StoredPacked", into = "StoredPacked")]
 pub(super) struct PackedClip {
-    stored: StoredPacked,
+    pub(super) stored: StoredPacked,
     /// Lane of each joint.
     lane_of: Vec<u16>,
     segments: Vec<Segment>,
@@ -54,15 +54,15 @@ pub(super) struct PackedClip {
 
 /// The part of a compressed clip that files store.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct StoredPacked {
-    name: String,
-    frame_rate: f64,
+pub(super) struct StoredPacked {
+    pub(super) name: String,
+    pub(super) frame_rate: f64,
     frames: u32,
     joints: u16,
     /// Whether the clip has translations.
     moves_joints: bool,
     /// Largest errors that were measured, at the joints and at the ends, in metres.
-    errors: [f32; 2],
+    pub(super) errors: [f32; 2],
     /// Joint of each lane of the rotations.
     lanes: Vec<u16>,
     #[serde(with = "byte_list")]
@@ -128,18 +128,6 @@ fn lanes(skeleton: &Skeleton) -> Vec<u16> {
 }
 
 impl PackedClip {
-    pub(super) fn name(&self) -> &str {
-        &self.stored.name
-    }
-
-    pub(super) fn frame_rate(&self) -> f64 {
-        self.stored.frame_rate
-    }
-
-    pub(super) fn set_frame_rate(&mut self, frame_rate: f64) {
-        self.stored.frame_rate = frame_rate;
-    }
-
     pub(super) fn frames(&self) -> usize {
         self.stored.frames as usize
     }
@@ -151,10 +139,6 @@ impl PackedClip {
     /// Joint of each lane of the rotations.
     pub(super) fn lanes(&self) -> &[u16] {
         &self.stored.lanes
-    }
-
-    pub(super) fn errors(&self) -> [f32; 2] {
-        self.stored.errors
     }
 
     pub(super) fn joints(&self) -> usize {

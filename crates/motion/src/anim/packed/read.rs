@@ -11,7 +11,7 @@ use crate::math::code_rows::{CODES, CodeRow, ROW_BYTES, RowKernel, RowReader, un
 /// A moment of a compressed clip.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::anim) struct PackedMoment<'a> {
-    clip: &'a PackedClip,
+    pub(in crate::anim) clip: &'a PackedClip,
     /// The frames around the moment.
     pub(super) frames: [FrameBytes<'a>; 2],
     /// Weight of the second frame.
@@ -200,12 +200,6 @@ impl<'a> PackedMoment<'a> {
         Quat::from_xyzw(x, y, z, w)
     }
 
-    /// Reads groups of eight lanes, from the first on.
-    #[inline(always)]
-    pub(in crate::anim) fn groups<R: RowReader>(&self, reader: R) -> PackedGroups<'_, R> {
-        PackedGroups::new(self, reader)
-    }
-
     /// Writes the whole pose to `out`.
     pub(in crate::anim) fn pose(&self, isa: Isa, out: &mut Pose) {
         let joints = self.clip.joints();
@@ -213,12 +207,12 @@ impl<'a> PackedMoment<'a> {
         // End sites do not rotate.
         out.rotations.clear();
         out.rotations.resize(joints, Quat::IDENTITY);
-        isa.read_rows(WholePose {
+        isa.read_rows(EachRotation {
             moment: self,
-            out: &mut out.rotations,
+            visit: |joint, rotation| out.rotations[joint] = rotation,
         });
         out.translations.clear();
-        if self.moves_joints() {
+        if self.clip.moves_joints() {
             let places = (0..joints).map(|joint| self.translation(joint));
             out.translations.extend(places);
         }
@@ -231,16 +225,6 @@ impl<'a> PackedMoment<'a> {
             visit,
         });
     }
-
-    /// Whether the clip has translations for its joints.
-    pub(in crate::anim) fn moves_joints(&self) -> bool {
-        self.clip.moves_joints()
-    }
-
-    /// Joint of each lane.
-    pub(in crate::anim) fn lanes(&self) -> &'a [u16] {
-        self.clip.lanes()
-    }
 }
 
 /// The code of `width` bits, at most 24, that begins at a bit. Four bytes from its first one on are read.
@@ -251,28 +235,10 @@ fn read_code(bytes: &[u8], bit: usize, width: u8) -> i32 {
     (u32::from_le_bytes(word) >> (bit % 8) & ((1 << width) - 1)) as i32
 }
 
-/// Writes all rotations but those of end sites.
-pub(super) struct WholePose<'a, 'o> {
-    pub(super) moment: &'a PackedMoment<'a>,
-    pub(super) out: &'o mut [Quat],
-}
-
-impl RowKernel for WholePose<'_, '_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<R: RowReader>(self, reader: R) {
-        let mut groups = self.moment.groups(reader);
-        for lanes in self.moment.lanes().chunks(CODES) {
-            scatter(&groups.next_group(), lanes, self.out);
-        }
-    }
-}
-
 /// Hands out all rotations but those of end sites.
-pub(super) struct EachRotation<'a, V> {
-    pub(super) moment: &'a PackedMoment<'a>,
-    pub(super) visit: V,
+struct EachRotation<'a, V> {
+    moment: &'a PackedMoment<'a>,
+    visit: V,
 }
 
 impl<V: FnMut(usize, Quat)> RowKernel for EachRotation<'_, V> {
@@ -280,8 +246,8 @@ impl<V: FnMut(usize, Quat)> RowKernel for EachRotation<'_, V> {
 
     #[inline(always)]
     fn run<R: RowReader>(mut self, reader: R) {
-        let mut groups = self.moment.groups(reader);
-        for lanes in self.moment.lanes().chunks(CODES) {
+        let mut groups = PackedGroups::new(self.moment, reader);
+        for lanes in self.moment.clip.lanes().chunks(CODES) {
             let [x, y, z, w] = groups.next_group();
             for (lane, &joint) in lanes.iter().take(CODES).enumerate() {
                 let rotation = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
@@ -302,7 +268,7 @@ pub(in crate::anim) struct PackedGroups<'a, R> {
 
 impl<'a, R: RowReader> PackedGroups<'a, R> {
     #[inline(always)]
-    pub(super) fn new(moment: &'a PackedMoment<'a>, reader: R) -> Self {
+    pub(in crate::anim) fn new(moment: &'a PackedMoment<'a>, reader: R) -> Self {
         Self {
             reader,
             moment,

@@ -7,9 +7,9 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{Groups, MOST_ROOT_BITS, PLACE_STEP, PackedClip, SEGMENT, StoredPacked, lanes};
+use super::{MOST_ROOT_BITS, PLACE_STEP, PackedClip, SEGMENT, StoredPacked, lanes};
 use crate::anim::{
-    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+    Clip, ClipDesc, JointKind, JointTransform, Place, Pose, Skeleton, forward_kinematics, place_all,
 };
 use crate::math::code_rows::{CODES, MOST_BITS, ROW_BYTES};
 
@@ -33,15 +33,21 @@ impl Default for CompressionSettings {
 }
 
 impl PackedClip {
-    /// Compresses a sound clip of the skeleton. Returns `None` if the error cannot be held.
+    /// Compresses a sound clip of the skeleton, which has this description. Returns `None` if the error cannot be held.
     pub(in crate::anim) fn new(
         skeleton: &Skeleton,
+        clip: &Clip,
         desc: &ClipDesc,
         settings: &CompressionSettings,
     ) -> Option<Self> {
-        let truth = Truth::new(skeleton, desc);
+        let truth = Truth::new(skeleton, clip, desc);
         let quantised = tuned(&truth, settings)?;
-        let bytes = bytes(&truth, &quantised)?;
+        let rotations = 4 * truth.lanes.len().next_multiple_of(CODES);
+        let frames = 0..desc.roots.len();
+        let frames: Vec<Vec<i32>> = frames
+            .map(|frame| truth.values(&quantised, frame))
+            .collect();
+        let bytes = bytes(rotations, &frames)?;
         let stored = StoredPacked {
             name: desc.name.clone(),
             frame_rate: desc.frame_rate,
@@ -55,10 +61,6 @@ impl PackedClip {
         Self::try_from(stored)
             .ok()
             .filter(|clip| clip.fits(skeleton))
-    }
-
-    pub(in crate::anim) fn set_errors(&mut self, errors: [f32; 2]) {
-        self.stored.errors = errors;
     }
 }
 
@@ -102,16 +104,15 @@ const SHARE: f64 = 0.995;
 const STEPS: [f64; 2] = [1.0 / 32766.0, 1.0 / 32.0];
 
 /// The clip with the coarsest steps found that hold the error, or `None` if none do.
-pub(super) fn tuned(truth: &Truth<'_>, settings: &CompressionSettings) -> Option<Quantised> {
+fn tuned(truth: &Truth<'_>, settings: &CompressionSettings) -> Option<Quantised> {
     let bounds = [settings.joint_error, settings.end_error].map(|bound| SHARE * f64::from(bound));
-    let tuning = Tuning { truth, bounds };
-    let mut steps = tuning.first();
+    let mut steps = first_steps(truth, bounds);
     let mut best: Option<(f64, Quantised)> = None;
     for round in 0..ROUNDS + FINER {
         let Some(found) = truth.quantised(&steps) else {
             break;
         };
-        let loads = tuning.loads(&found);
+        let loads = loads(truth, bounds, &found);
         let coarseness: f64 = steps.iter().map(|step| step.log2()).sum();
         if loads.iter().all(|load| *load <= 1.0) {
             if best.as_ref().is_none_or(|(most, _)| coarseness > *most) {
@@ -133,53 +134,40 @@ pub(super) fn tuned(truth: &Truth<'_>, settings: &CompressionSettings) -> Option
     best.map(|(_, found)| found)
 }
 
-struct Tuning<'a> {
-    truth: &'a Truth<'a>,
-    /// Errors at the joints and at the ends, in metres.
-    bounds: [f64; 2],
+/// First steps: each joint's own error is about the largest that the joints and points it carries allow. `bounds` are those of the errors
+/// at the joints and at the ends, in metres.
+fn first_steps(truth: &Truth<'_>, bounds: [f64; 2]) -> Vec<f64> {
+    let mut steps = vec![bounds[1] / (2.0 * SKIN); truth.skeleton.len()];
+    for (joint, &bone) in truth.skeleton.joints().iter().zip(&truth.bones) {
+        if let Some(parent) = joint.parent {
+            let step = &mut steps[parent.index()];
+            *step = step.min(bound(joint.kind, bounds) / (2.0 * bone.max(1e-3)));
+        }
+    }
+    let range = |step: f64| step.clamp(STEPS[0], STEPS[1]);
+    steps.into_iter().map(range).collect()
 }
 
-impl Tuning<'_> {
-    /// First steps: each joint's own error is about the largest that the joints and points it carries allow.
-    fn first(&self) -> Vec<f64> {
-        let mut steps = vec![self.bounds[1] / (2.0 * SKIN); self.truth.skeleton.len()];
-        for (joint, &bone) in self.truth.skeleton.joints().iter().zip(&self.truth.bones) {
-            if let Some(parent) = joint.parent {
-                let step = &mut steps[parent.index()];
-                *step = step.min(self.bound(joint.kind) / (2.0 * bone.max(1e-3)));
-            }
-        }
-        let range = |step: f64| step.clamp(STEPS[0], STEPS[1]);
-        steps.into_iter().map(range).collect()
+fn bound(kind: JointKind, [joints, ends]: [f64; 2]) -> f64 {
+    match kind {
+        JointKind::Moving => joints,
+        JointKind::EndSite => ends,
     }
+}
 
-    fn bound(&self, kind: JointKind) -> f64 {
-        match kind {
-            JointKind::Moving => self.bounds[0],
-            JointKind::EndSite => self.bounds[1],
+/// Largest error of the joints and points that each joint carries, as a share of the allowed error.
+fn loads(truth: &Truth<'_>, bounds: [f64; 2], found: &Quantised) -> Vec<f64> {
+    let mut loads = vec![0.0; found.errors.len()];
+    let joints = truth.skeleton.joints().iter().zip(&found.errors);
+    for (index, (joint, error)) in joints.enumerate() {
+        if joint.kind == JointKind::Moving {
+            loads[index] = f64::max(loads[index], error.skin / bounds[1]);
         }
+        let load = error.place / bound(joint.kind, bounds);
+        let carrier = joint.parent.map_or(0, |parent| parent.index());
+        loads[carrier] = loads[carrier].max(load);
     }
-
-    /// Largest error of the joints and points that each joint carries, as a share of the allowed error.
-    fn loads(&self, found: &Quantised) -> Vec<f64> {
-        let mut loads = vec![0.0; found.errors.len()];
-        for (index, (joint, error)) in self
-            .truth
-            .skeleton
-            .joints()
-            .iter()
-            .zip(&found.errors)
-            .enumerate()
-        {
-            if joint.kind == JointKind::Moving {
-                loads[index] = f64::max(loads[index], error.skin / self.bounds[1]);
-            }
-            let load = error.place / self.bound(joint.kind);
-            let carrier = joint.parent.map_or(0, |parent| parent.index());
-            loads[carrier] = loads[carrier].max(load);
-        }
-        loads
-    }
+    loads
 }
 
 // Rounding. Source: N. Frechette, "Animation Compression: Measuring Accuracy" (2016): points at a distance from each joint stand
@@ -187,7 +175,7 @@ impl Tuning<'_> {
 // chain, and a joint with one child is aimed at the place where that child should be, so that errors of places do not either.
 
 /// Distance of the points that stand for the skin from their joint, along each of its axes, in metres.
-pub(super) const SKIN: f64 = 0.1;
+const SKIN: f64 = 0.1;
 
 /// Largest rotation that aims a joint at its child, in radians.
 const MOST_AIM: f64 = 2e-3;
@@ -201,85 +189,55 @@ const STILL: f64 = 1e-5;
 /// Largest number of steps in a component of a rotation.
 const MOST_STEPS: f64 = 32767.0;
 
-/// A joint's frame in model space.
-#[derive(Clone, Copy, Debug)]
-struct Frame {
-    rotation: DQuat,
-    place: DVec3,
-}
-
-impl Frame {
-    const IDENTITY: Self = Self {
-        rotation: DQuat::IDENTITY,
-        place: DVec3::ZERO,
-    };
-
-    fn point(&self, local: DVec3) -> DVec3 {
-        self.rotation * local + self.place
-    }
-}
-
 /// A clip in model space.
-pub(super) struct Truth<'a> {
-    pub(super) skeleton: &'a Skeleton,
-    pub(super) lanes: Vec<u16>,
-    pub(super) moves_joints: bool,
-    frames: Vec<Frame>,
+struct Truth<'a> {
+    skeleton: &'a Skeleton,
+    lanes: Vec<u16>,
+    moves_joints: bool,
+    /// Joint transforms, `[frame][joint]`.
+    frames: Vec<Place>,
     /// Position of each joint in its parent's frame, or `None` if it moves.
     fixed: Vec<Option<DVec3>>,
     /// Length of the bone to each joint, in metres. The longest, if it changes.
-    pub(super) bones: Vec<f64>,
+    bones: Vec<f64>,
     /// The joint's only child, if it is far enough away to be aimed at.
     aims: Vec<Option<usize>>,
 }
 
 /// A clip in steps.
-pub(super) struct Quantised {
-    pub(super) roots: Vec<[i32; 3]>,
+struct Quantised {
     /// Frame by frame, in the order of lanes.
-    pub(super) rotations: Vec<[i32; 4]>,
+    rotations: Vec<[i32; 4]>,
     /// Frame by frame, for all joints.
-    pub(super) translations: Vec<[i32; 3]>,
-    pub(super) errors: Vec<JointError>,
+    places: Vec<[i32; 3]>,
+    errors: Vec<JointError>,
 }
 
 /// Bounds of a joint's error over all frames, in metres.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct JointError {
-    pub(super) place: f64,
+struct JointError {
+    place: f64,
     /// Bound of the error of the points around the joint, which stand for the skin, in metres.
-    pub(super) skin: f64,
+    skin: f64,
 }
 
 impl<'a> Truth<'a> {
-    pub(super) fn new(skeleton: &'a Skeleton, desc: &ClipDesc) -> Self {
+    fn new(skeleton: &'a Skeleton, clip: &Clip, desc: &ClipDesc) -> Self {
         let joints = skeleton.len();
         let mut truth = Self {
             skeleton,
             lanes: lanes(skeleton),
-            moves_joints: !desc.translations.is_empty(),
+            moves_joints: clip.moves_joints(),
             frames: Vec::with_capacity(desc.rotations.len()),
             fixed: Vec::new(),
             bones: vec![0.0; joints],
             aims: vec![None; joints],
         };
         truth.find_bones(desc);
-        for (frame, root) in desc.roots.iter().enumerate() {
-            let first = truth.frames.len();
-            for (index, joint) in skeleton.joints().iter().enumerate() {
-                let rotation = desc.rotations[frame * joints + index];
-                let above = joint
-                    .parent
-                    .map(|parent| truth.frames[first + parent.index()]);
-                let local = match desc.translations.get(frame * joints + index) {
-                    Some(translation) => translation.as_dvec3(),
-                    None => joint.offset.as_dvec3(),
-                };
-                let place = above.map_or(root.as_dvec3(), |above| above.point(local));
-                let turn = rotation.as_dquat().normalize();
-                let rotation = above.map_or(turn, |above| (above.rotation * turn).normalize());
-                truth.frames.push(Frame { rotation, place });
-            }
+        let mut places = Vec::new();
+        for frame in 0..clip.frames() {
+            place_all(skeleton, clip.moment(frame, 0.0), &mut places);
+            truth.frames.extend_from_slice(&places);
         }
         truth.find_aims();
         truth
@@ -325,98 +283,89 @@ impl<'a> Truth<'a> {
         }
     }
 
-    pub(super) fn frames(&self) -> usize {
-        self.frames.len() / self.skeleton.len()
-    }
-
     /// Rounds all frames with a step for each joint's rotation. Returns `None` if a component takes too many steps, or if a joint turns
     /// by half a turn from one frame to the next.
-    pub(super) fn quantised(&self, steps: &[f64]) -> Option<Quantised> {
-        let (joints, frames) = (self.skeleton.len(), self.frames());
+    fn quantised(&self, steps: &[f64]) -> Option<Quantised> {
+        let joints = self.skeleton.joints();
         let mut out = Quantised {
-            roots: Vec::with_capacity(frames),
-            rotations: Vec::with_capacity(frames * self.lanes.len()),
-            translations: Vec::new(),
-            errors: vec![JointError::default(); joints],
+            rotations: Vec::with_capacity(self.frames.len()),
+            places: Vec::with_capacity(self.frames.len()),
+            errors: vec![JointError::default(); joints.len()],
         };
-        let mut rounding = Rounding {
-            truth: self,
-            decoded: vec![Frame::IDENTITY; joints],
-            turns: vec![None; joints],
-        };
-        for truth in self.frames.chunks_exact(joints) {
-            for (index, &step) in steps.iter().enumerate() {
-                let place = rounding.joint(truth, index, step)?;
-                out.errors[index].add(&truth[index], &rounding.decoded[index]);
-                if index == JointId::ROOT.index() {
-                    out.roots.push(place);
+        // Joints as they will be decoded, and their rotations in the last frame that was rounded.
+        let (mut decoded, mut turns) = (
+            vec![Place::IDENTITY; joints.len()],
+            vec![None; joints.len()],
+        );
+        for truth in self.frames.chunks_exact(joints.len()) {
+            for (index, joint) in joints.iter().enumerate() {
+                let above = joint.parent.map(|parent| decoded[parent.index()]);
+                let wanted = match above {
+                    Some(above) => {
+                        let from = truth[index].translation - above.translation;
+                        above.rotation.conjugate() * from
+                    }
+                    None => truth[index].translation,
+                };
+                let (whole, local) = match self.fixed[index] {
+                    Some(place) if above.is_some() => (rounded(place).0, place),
+                    _ => rounded(wanted),
+                };
+                let above = above.unwrap_or(Place::IDENTITY);
+                let (translation, mut rotation) = (above.point(local), above.rotation);
+                if joint.kind == JointKind::Moving {
+                    let wanted = self.aimed(index, truth, translation);
+                    let own = (rotation.conjugate() * wanted).normalize();
+                    let turn = in_steps(own, steps[index], turns[index])?;
+                    turns[index] = Some(turn);
+                    let [x, y, z, w] = turn.map(f64::from);
+                    rotation = (rotation * DQuat::from_xyzw(x, y, z, w).normalize()).normalize();
                 }
-                if self.moves_joints {
-                    // The root's entry is unused.
-                    let is_root = index == JointId::ROOT.index();
-                    out.translations.push(if is_root { [0; 3] } else { place });
-                }
+                decoded[index] = Place {
+                    rotation,
+                    translation,
+                };
+                out.places.push(whole);
+                out.errors[index].add(&truth[index], &decoded[index]);
             }
-            let turns = &rounding.turns;
             let lanes = self.lanes.iter().map(|&joint| turns[usize::from(joint)]);
             out.rotations.extend(lanes.map(Option::unwrap_or_default));
         }
         Some(out)
     }
 
+    /// All values of a frame: rows of rotations, rows of translations, the root.
+    fn values(&self, quantised: &Quantised, frame: usize) -> Vec<i32> {
+        let (lanes, joints) = (self.lanes.len(), self.skeleton.len());
+        let mut values = Vec::new();
+        push_rows(&quantised.rotations[frame * lanes..][..lanes], &mut values);
+        let mut places = quantised.places[frame * joints..][..joints].to_vec();
+        // The root's entry is unused.
+        let root = std::mem::take(&mut places[0]);
+        if self.moves_joints {
+            push_rows(&places, &mut values);
+        }
+        values.extend(root);
+        values
+    }
+
     /// A joint's rotation in model space, turned a little so that its child comes to where it should be though the joint is at `place`.
-    fn aimed(&self, index: usize, truth: &[Frame], place: DVec3) -> DQuat {
+    fn aimed(&self, index: usize, truth: &[Place], place: DVec3) -> DQuat {
         let rotation = truth[index].rotation;
         let Some(child) = self.aims[index] else {
             return rotation;
         };
-        let is = truth[child].place - truth[index].place;
-        let to = truth[child].place - place;
+        let is = truth[child].translation - truth[index].translation;
+        let to = truth[child].translation - place;
         let turn = is.cross(to) / (is.length() * to.length()).max(f64::MIN_POSITIVE);
         let half = turn.clamp_length_max(MOST_AIM) / 2.0;
         DQuat::from_xyzw(half.x, half.y, half.z, 1.0).normalize() * rotation
     }
 }
 
-/// Joints as they will be decoded, up to the one that is rounded.
-struct Rounding<'a> {
-    truth: &'a Truth<'a>,
-    decoded: Vec<Frame>,
-    /// Rotation of each joint in the last frame that was rounded.
-    turns: Vec<Option<[i32; 4]>>,
-}
-
-impl Rounding<'_> {
-    /// Rounds a joint of a frame and returns its position in steps.
-    fn joint(&mut self, frame: &[Frame], index: usize, step: f64) -> Option<[i32; 3]> {
-        let joint = &self.truth.skeleton.joints()[index];
-        let above = joint.parent.map(|parent| self.decoded[parent.index()]);
-        let wanted = match above {
-            Some(above) => above.rotation.conjugate() * (frame[index].place - above.place),
-            None => frame[index].place,
-        };
-        let (whole, local) = match self.truth.fixed[index] {
-            Some(place) if above.is_some() => (rounded(place).0, place),
-            _ => rounded(wanted),
-        };
-        let place = above.map_or(local, |above| above.point(local));
-        let mut rotation = above.map_or(DQuat::IDENTITY, |above| above.rotation);
-        if joint.kind == JointKind::Moving {
-            let wanted = self.truth.aimed(index, frame, place);
-            let own = (rotation.conjugate() * wanted).normalize();
-            let turn = in_steps(own, step, self.turns[index])?;
-            self.turns[index] = Some(turn);
-            let [x, y, z, w] = turn.map(f64::from);
-            rotation = (rotation * DQuat::from_xyzw(x, y, z, w).normalize()).normalize();
-        }
-        self.decoded[index] = Frame { rotation, place };
-        Some(whole)
-    }
-}
-
 impl JointError {
-    fn add(&mut self, truth: &Frame, decoded: &Frame) {
-        let place = (decoded.place - truth.place).length();
+    fn add(&mut self, truth: &Place, decoded: &Place) {
+        let place = (decoded.translation - truth.translation).length();
         self.place = self.place.max(place);
         // A point on an axis moves by the part of a small rotation vector that is not along the axis.
         let turn = (truth.rotation.conjugate() * decoded.rotation).xyz();
@@ -451,70 +400,56 @@ fn rounded(place: DVec3) -> ([i32; 3], DVec3) {
     (whole, DVec3::from_array(whole.map(f64::from)) * step)
 }
 
-/// The bytes of a clip, or `None` if a code is too wide.
-pub(super) fn bytes(truth: &Truth<'_>, quantised: &Quantised) -> Option<Vec<u8>> {
-    let source = Source { truth, quantised };
+/// The bytes of a clip, or `None` if a code is too wide. The first values of each frame are those of `rotations`.
+fn bytes(rotations: usize, frames: &[Vec<i32>]) -> Option<Vec<u8>> {
     let mut writer = BitWriter::default();
-    for segment in source.segments() {
-        let (rows, root) = segment.widths.split_at(segment.widths.len() - 3);
-        let fits = rows.iter().all(|&width| width <= MOST_BITS)
-            && root.iter().all(|&width| width <= MOST_ROOT_BITS);
-        if !fits {
-            return None;
-        }
-        segment.write(&mut writer);
+    for segment in frames.chunks(SEGMENT) {
+        write_segment(rotations, segment, &mut writer)?;
     }
     writer.extend(&[0; ROW_BYTES]);
     Some(writer.finish())
 }
 
-struct Source<'a> {
-    truth: &'a Truth<'a>,
-    quantised: &'a Quantised,
-}
-
-/// Frames of a segment: all rows' values, then the root's.
-struct Segment {
-    groups: Groups,
-    widths: Vec<u8>,
-    bases: Vec<i32>,
-    /// Values of each frame, in the order of `bases`.
-    frames: Vec<Vec<i32>>,
-}
-
-impl Source<'_> {
-    fn groups(&self) -> Groups {
-        let truth = self.truth;
-        let joints = truth.skeleton.len();
-        Groups::new(
-            truth.lanes.len(),
-            if truth.moves_joints { joints } else { 0 },
-        )
-    }
-
-    fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
-        let frames = self.quantised.roots.len();
-        let firsts = (0..frames).step_by(SEGMENT);
-        firsts.map(move |first| {
-            let frames = (first..frames.min(first + SEGMENT)).map(|frame| self.values(frame));
-            Segment::new(self.groups(), frames.collect())
-        })
-    }
-
-    /// All values of a frame: rows of rotations, rows of translations, the root.
-    fn values(&self, frame: usize) -> Vec<i32> {
-        let lanes = self.truth.lanes.len();
-        let mut values = Vec::new();
-        let rotations = &self.quantised.rotations[frame * lanes..(frame + 1) * lanes];
-        push_rows(rotations, &mut values);
-        if self.truth.moves_joints {
-            let joints = self.truth.skeleton.len();
-            let places = &self.quantised.translations[frame * joints..(frame + 1) * joints];
-            push_rows(places, &mut values);
+fn write_segment(rotations: usize, frames: &[Vec<i32>], writer: &mut BitWriter) -> Option<()> {
+    let of_all = |choose: fn(i32, i32) -> i32| -> Vec<i32> {
+        let mut values = frames[0].clone();
+        for frame in &frames[1..] {
+            for (value, other) in values.iter_mut().zip(frame) {
+                *value = choose(*value, *other);
+            }
         }
-        values.extend(self.quantised.roots[frame]);
         values
+    };
+    let (bases, most) = (of_all(i32::min), of_all(i32::max));
+    let ranges = bases.iter().zip(&most);
+    let widths: Vec<u8> = ranges
+        .map(|(base, most)| width_of(most.abs_diff(*base)))
+        .collect();
+    let (rows, root) = widths.split_at(widths.len() - 3);
+    let rows = rows.chunks(CODES).map(|row| row.iter().max().copied());
+    let rows: Vec<u8> = rows.map(Option::unwrap_or_default).collect();
+    if rows.iter().any(|&width| width > MOST_BITS)
+        || root.iter().any(|&width| width > MOST_ROOT_BITS)
+    {
+        return None;
     }
+    writer.extend(&rows);
+    writer.extend(root);
+    for &base in &bases[..rotations] {
+        writer.extend(&(base as i16).to_le_bytes());
+    }
+    for base in &bases[rotations..] {
+        writer.extend(&base.to_le_bytes());
+    }
+    for frame in frames {
+        let widths = rows.iter().flat_map(|&width| [width; CODES]);
+        let values = frame.iter().zip(&bases);
+        for ((value, base), width) in values.zip(widths.chain(root.iter().copied())) {
+            writer.push(value.abs_diff(*base), width);
+        }
+        writer.align();
+    }
+    Some(())
 }
 
 /// Appends values row by row to `out`, with 0 in unused lanes.
@@ -523,59 +458,6 @@ fn push_rows<const ROWS: usize>(values: &[[i32; ROWS]], out: &mut Vec<i32>) {
         for row in 0..ROWS {
             let lanes = (0..CODES).map(|lane| group.get(lane).map_or(0, |value| value[row]));
             out.extend(lanes);
-        }
-    }
-}
-
-impl Segment {
-    fn new(groups: Groups, frames: Vec<Vec<i32>>) -> Self {
-        let of_all = |choose: fn(i32, i32) -> i32| -> Vec<i32> {
-            let mut values = frames[0].clone();
-            for frame in &frames[1..] {
-                for (value, other) in values.iter_mut().zip(frame) {
-                    *value = choose(*value, *other);
-                }
-            }
-            values
-        };
-        let (bases, most) = (of_all(i32::min), of_all(i32::max));
-        let ranges: Vec<u32> = bases
-            .iter()
-            .zip(&most)
-            .map(|(base, most)| most.abs_diff(*base))
-            .collect();
-        let (rows, root) = ranges.split_at(ranges.len() - 3);
-        let rows = rows
-            .chunks(CODES)
-            .map(|row| row.iter().copied().max().unwrap_or(0));
-        let widths = rows.chain(root.iter().copied()).map(width_of).collect();
-        Self {
-            groups,
-            widths,
-            bases,
-            frames,
-        }
-    }
-
-    fn write(&self, writer: &mut BitWriter) {
-        writer.extend(&self.widths);
-        let rotations = CODES * self.groups.rows()[0];
-        for &base in &self.bases[..rotations] {
-            writer.extend(&(base as i16).to_le_bytes());
-        }
-        for base in &self.bases[rotations..] {
-            writer.extend(&base.to_le_bytes());
-        }
-        let rows = self.bases.len() - 3;
-        for frame in &self.frames {
-            for (index, (value, base)) in frame.iter().zip(&self.bases).enumerate() {
-                let width = match index < rows {
-                    true => self.widths[index / CODES],
-                    false => self.widths[rows / CODES + index - rows],
-                };
-                writer.push(value.abs_diff(*base), width);
-            }
-            writer.align();
         }
     }
 }
