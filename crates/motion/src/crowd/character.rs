@@ -99,10 +99,7 @@ pub struct ClipMix {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct CharacterState {
-    /// Position in the clip at crowd time 0, in frames. Double precision, so that no error adds up.
-    phase: f64,
-    /// Playback rate, in seconds of the clip per second.
-    speed: f32,
+    pub(super) own: MixState,
     pub(super) cos: f32,
     pub(super) sin: f32,
     pub(super) x: f32,
@@ -110,7 +107,6 @@ pub(super) struct CharacterState {
     pub(super) z: f32,
     /// Level plus blend. The lane of a character that is in a group holds a newer value.
     pub(super) detail: f32,
-    pub(super) clip: ClipId,
     /// Whether a second clip is cross-faded to.
     pub(super) fades: bool,
     pub(super) is_inactive: bool,
@@ -122,13 +118,16 @@ pub(super) struct CharacterState {
     fade: MixState,
 }
 
-/// State of a clip that is mixed in, with the fields of [`CharacterState`].
+/// State of a clip that a character plays.
 #[derive(Clone, Copy, Debug)]
-struct MixState {
+pub(super) struct MixState {
+    /// Position in the clip at crowd time 0, in frames. Double precision, so that no error adds up.
     phase: f64,
+    /// Playback rate, in seconds of the clip per second.
     speed: f32,
+    /// Weight of a second clip.
     weight: f32,
-    clip: ClipId,
+    pub(super) clip: ClipId,
 }
 
 impl MixState {
@@ -179,19 +178,14 @@ impl CharacterState {
             weight: clamped(fade.weight),
             ..fade
         };
-        let MixState {
-            phase, speed, clip, ..
-        } = MixState::new(&own, animations, now);
         let mut state = Self {
-            phase,
-            speed,
+            own: MixState::new(&own, animations, now),
             cos: 1.0,
             sin: 0.0,
             x: 0.0,
             y: 0.0,
             z: 0.0,
             detail: 0.0,
-            clip,
             fades: character.fade.is_some(),
             is_inactive: false,
             is_culled: false,
@@ -206,14 +200,14 @@ impl CharacterState {
 
     /// The description of the character at the crowd's time `now`, in seconds.
     pub(super) fn character(&self, animations: &AnimationSet, now: f64) -> Character {
-        let own = self.own().clip_mix(animations, now);
+        let own = self.own.clip_mix(animations, now);
         let fade = self.fade.clip_mix(animations, now);
         Character {
-            clip: self.clip,
+            clip: own.clip,
             level: self.level(),
             blend: self.detail.fract(),
             time: own.time,
-            speed: self.speed,
+            speed: own.speed,
             placement: Placement {
                 ground: Rigid2::new(self.sin.atan2(self.cos), self.x, self.z),
                 height: self.y,
@@ -239,27 +233,18 @@ impl CharacterState {
 
     /// Position among the keys of the clip at a time, as a share of all of them.
     pub(super) fn share(&self, animations: &AnimationSet, now: f64) -> f32 {
-        let LaneClip { range, start, .. } = self.own().lane(animations, now);
+        let LaneClip { range, start, .. } = self.own.lane(animations, now);
         animations.keys.frames.position(range, start) / range.intervals as f32
     }
 
     /// The character's own clip and its second one as lanes of a group whose clock is 0 at the crowd's time `base`, in seconds.
     pub(super) fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> [LaneClip<'a>; 2] {
-        let own = self.own().lane(animations, base);
+        let own = self.own.lane(animations, base);
         let fade = match self.fades {
             true => self.fade.lane(animations, base),
             false => own,
         };
         [own, fade]
-    }
-
-    fn own(&self) -> MixState {
-        MixState {
-            phase: self.phase,
-            speed: self.speed,
-            weight: 0.0,
-            clip: self.clip,
-        }
     }
 }
 

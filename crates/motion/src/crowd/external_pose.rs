@@ -43,17 +43,13 @@ impl AnimationSet {
         matrices.clear();
         matrices.extend(joints.iter().map(affine));
         // The coarsest step first.
-        for (index, step) in self.steps[0].iter().enumerate().rev() {
+        for (index, step) in self.banks[0].steps.iter().enumerate().rev() {
             let weight = (detail - index as f32).clamp(0.0, 1.0);
             if weight <= 0.0 {
                 continue;
             }
-            for removed in &step.removed {
-                let offset = JointTransform {
-                    rotation: removed.turn,
-                    translation: removed.place,
-                };
-                let there = matrices[usize::from(removed.carrier)] * affine(&offset);
+            for removed in step {
+                let there = matrices[usize::from(removed.carrier)] * affine(&removed.offset);
                 let model = &mut matrices[usize::from(removed.joint)];
                 model.matrix3 = model.matrix3 * (1.0 - weight) + there.matrix3 * weight;
                 model.translation = model.translation.lerp(there.translation, weight);

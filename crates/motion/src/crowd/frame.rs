@@ -20,13 +20,11 @@ use super::character::{MemberId, Placement};
 use super::error::CrowdError;
 use super::frame_input::{Frame, FrameReport};
 use super::instances::{Crowd, MOST_CHUNKS};
-use super::kernel::moments::{PosedLevel, Run};
+use super::kernel::moments::Run;
 use super::kernel::write::RunMemory;
-use super::keys::animation_set::AnimationSet;
 use super::levels::{FrameScratch, LevelPass, ParkedPass};
-use super::output::{Layout, Output};
-use super::sort::group::{NOWHERE, PARKED, Piece, Slot};
-use super::sort::schedule::Schedule;
+use super::output::Layout;
+use super::sort::group::{Bucket, NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 use crate::math::parallel::lock;
 use crate::math::{F32x16, RowSet};
@@ -70,7 +68,10 @@ impl Crowd {
         if let Some(switching) = frame.switching {
             scratch.ramps.update(switching);
         }
-        self.choose_late(frame);
+        // Those that wait for a group.
+        for index in 0..self.late.len() {
+            self.choose_one(frame, self.late[index] as usize);
+        }
         if frame.switching.is_some() || frame.frustum.is_some() || !self.schedule.parked.is_empty()
         {
             self.choose_in_groups(frame, &mut scratch);
@@ -120,14 +121,7 @@ impl Crowd {
         self.stale_cost.hidden = found.hidden;
     }
 
-    /// Chooses levels and visibility of the characters that wait for a group.
-    fn choose_late(&mut self, frame: &Frame<'_>) {
-        for index in 0..self.late.len() {
-            let id = self.late[index] as usize;
-            self.choose_one(frame, id);
-        }
-    }
-
+    /// Chooses level and visibility of a character that is in no group.
     fn choose_one(&mut self, frame: &Frame<'_>, id: usize) {
         let last = self.animations().last();
         let state = &mut self.states[id];
@@ -207,15 +201,16 @@ impl Crowd {
             Layout::Instances => RunMemory::Rows(RowSet::new(out, self.row_len(), &schedule.rows)),
             Layout::Blocks => RunMemory::Lines(out),
         };
-        for (part, pieces) in parts.iter_mut().zip(schedule.parts()) {
-            let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
+        let chunks = schedule.ends.len();
+        for (chunk, part) in parts.iter_mut().enumerate().take(chunks) {
+            let pieces = schedule.part(chunk);
+            let lines = pieces.iter().map(Bucket::output_len).sum();
             let groups = pieces.iter().map(|piece| piece.groups.len()).sum();
             *part = Mutex::new(rest.split_off_front(lines, groups));
         }
         let (animations, output, now) = (&*self.animations, self.settings.output, self.now());
         let isa = self.settings.isa;
         let (apart, next) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let chunks = schedule.chunks();
         self.pool.run(&|thread: usize| {
             let scratch = &mut lock(&self.scratch[thread]);
             loop {
@@ -225,40 +220,26 @@ impl Crowd {
                 }
                 let mut out = lock(&parts[chunk]);
                 for piece in schedule.part(chunk) {
-                    let own = out.split_off_front(piece.lines.len(), piece.groups.len());
-                    let run = run_of_piece(animations, schedule, piece, output, now);
+                    let own = out.split_off_front(piece.output_len(), piece.groups.len());
+                    let (bank, groups) = (&animations.banks[piece.level.index()], &piece.groups);
+                    let run = Run {
+                        keys: &animations.keys,
+                        bank,
+                        level: f32::from(piece.level.0),
+                        ranges: &animations.ranges,
+                        near: &schedule.near[groups.clone()],
+                        fades: piece.fades,
+                        groups: &schedule.groups[groups.clone()],
+                        visible: &schedule.visible[groups.clone()],
+                        cold: &schedule.cold[groups.clone()],
+                        now,
+                        output,
+                    };
                     let found = run.pose(isa, scratch, own);
                     apart.fetch_add(found, Ordering::Relaxed);
                 }
             }
         });
         apart.into_inner()
-    }
-}
-
-/// The groups of a piece, for the kernel.
-fn run_of_piece<'a>(
-    animations: &'a AnimationSet,
-    schedule: &'a Schedule,
-    piece: &Piece,
-    output: Output,
-    now: f32,
-) -> Run<'a> {
-    let (level, groups) = (piece.level, piece.groups.clone());
-    Run {
-        keys: &animations.keys,
-        bank: &animations.banks[level.index()],
-        level: PosedLevel {
-            number: f32::from(level.0),
-            steps: &animations.steps[level.index()],
-        },
-        ranges: &animations.ranges,
-        near: &schedule.near[groups.clone()],
-        fades: piece.fades,
-        groups: &schedule.groups[groups.clone()],
-        visible: &schedule.visible[groups.clone()],
-        cold: &schedule.cold[groups],
-        now,
-        output,
     }
 }

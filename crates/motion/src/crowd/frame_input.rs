@@ -38,16 +38,11 @@ pub struct FrameReport {
 }
 
 impl Frustum {
-    /// Signed distance of the sphere's centre from the plane that it is furthest outside of, in metres.
-    pub(super) fn depth(&self, position: Vec3) -> f32 {
-        let centre = (position + Vec3::Y * self.centre).extend(1.0);
-        let planes = self.planes.iter();
-        planes.fold(f32::INFINITY, |least, plane| least.min(plane.dot(centre)))
-    }
-
     pub(super) fn contains(&self, position: Vec3) -> bool {
+        let centre = (position + Vec3::Y * self.centre).extend(1.0);
+        let depths = self.planes.iter().map(|plane| plane.dot(centre));
+        let depth = depths.fold(f32::INFINITY, f32::min);
         // A position that is no number is inside, as in the kernel.
-        let depth = self.depth(position);
         depth >= -self.radius || depth.is_nan()
     }
 }

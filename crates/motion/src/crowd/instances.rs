@@ -280,11 +280,13 @@ impl Crowd {
             self.states[id.index()] = state;
             return;
         }
+        let cold = self.schedule.cold.get(Slot::from_number(slot).group);
+        let fits = !state.is_inactive && cold.is_some_and(|cold| cold.kind.takes(&state));
         if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
             let Slot { group, lane } = Slot::from_number(slot);
             self.schedule.parked[group].move_to(lane, &state);
             state.is_culled = true;
-        } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
+        } else if slot != NOWHERE && slot & PARKED == 0 && fits {
             let [before, after] =
                 [before, state.level()].map(|level| self.animations.joints(level));
             self.stale_cost.joints += before as isize - after as isize;
@@ -295,13 +297,6 @@ impl Crowd {
             self.late.push(id.0);
         }
         self.states[id.index()] = state;
-    }
-
-    fn fits(&self, slot: u32, state: &CharacterState) -> bool {
-        !state.is_inactive
-            && self.schedule.cold[Slot::from_number(slot).group]
-                .kind
-                .takes(state)
     }
 
     /// Reads the level that a frame has chosen, and whether the character was visible, from the character's lane.

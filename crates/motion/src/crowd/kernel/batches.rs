@@ -29,26 +29,14 @@ pub(crate) struct Scratch {
 impl Scratch {
     /// Allocates enough for any level, so that threads do not allocate later.
     pub(crate) fn new(animations: &AnimationSet) -> Self {
-        let mut scratch = Self {
+        let most = |of: fn(&LevelClips) -> usize| animations.banks.iter().map(of).max();
+        let lines = |of| vec![F32x16::ZERO; most(of).unwrap_or_default()];
+        let columns = || lines(|bank| bank.column_lines);
+        Self {
             moments: vec![Moments::BLANK; 2 * AHEAD],
-            ..Self::default()
-        };
-        for bank in &animations.banks {
-            scratch.fit(bank);
-        }
-        scratch
-    }
-
-    fn fit(&mut self, bank: &LevelClips) {
-        let grow = |lines: &mut Vec<F32x16>, length: usize| {
-            if lines.len() < length {
-                lines.resize(length, F32x16::ZERO);
-            }
-        };
-        grow(&mut self.models, (bank.joints.len() + SPARE) * NUMBERS);
-        grow(&mut self.spare, row_lines(bank.joints.len()));
-        for lines in &mut self.columns {
-            grow(lines, bank.column_lines);
+            models: lines(|bank| (bank.joints.len() + SPARE) * NUMBERS),
+            columns: [columns(), columns()],
+            spare: lines(|bank| row_lines(bank.joints.len())),
         }
     }
 }

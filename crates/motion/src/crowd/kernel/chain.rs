@@ -17,17 +17,19 @@
 use bytemuck::Zeroable;
 
 use super::joint_math::{Local, Model, approach, compose, compose_blended, stand};
-use super::moments::PosedLevel;
+use super::moments::shows;
 use super::sampling::{Fetch, Source};
 use super::write::prefetch_ahead;
 use crate::crowd::keys::level_clips::LevelClips;
 use crate::crowd::sort::group::Group;
+use crate::lod::Blend;
 use crate::math::{F32x16, Lanes, RowLines};
 
 /// A group, and where its joints are computed.
 pub(crate) struct Posing<'a> {
     pub(crate) bank: &'a LevelClips,
-    pub(crate) level: PosedLevel<'a>,
+    /// Number of the level that is posed, as a float.
+    pub(crate) level: f32,
     pub(crate) group: &'a Group,
     pub(crate) models: &'a mut [Model],
     /// Rows that are written later, to be prefetched.
@@ -90,7 +92,7 @@ impl Posing<'_> {
         if !is_posed {
             L::apart(
                 #[inline(always)]
-                || step_on::<L>(level, &group.detail, models, part),
+                || step_on::<L>(&bank.steps, level, &group.detail, models, part),
             );
         }
     }
@@ -99,15 +101,21 @@ impl Posing<'_> {
 /// Moves the joints of one part that are blended towards coarser levels to where their carriers draw them. Takes the steps of the coarsest
 /// level first, so that a joint that is attached to a removed joint moves with it.
 #[inline(always)]
-fn step_on<L: Lanes>(level: PosedLevel<'_>, detail: &F32x16, models: &mut [Model], part: usize) {
-    for (index, step) in level.steps.iter().enumerate().rev() {
-        if level.shows::<L>(detail, index) {
+fn step_on<L: Lanes>(
+    steps: &[Vec<Blend>],
+    level: f32,
+    detail: &F32x16,
+    models: &mut [Model],
+    part: usize,
+) {
+    for (index, step) in steps.iter().enumerate().rev() {
+        if shows::<L>(level, detail, index) {
             continue;
         }
-        let weight = L::load(detail, part) - L::splat(level.number + index as f32);
+        let weight = L::load(detail, part) - L::splat(level + index as f32);
         let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
-        for removed in &step.removed {
-            let ready = Local::<L>::splat(removed.turn, removed.place).ready();
+        for removed in step {
+            let ready = Local::<L>::splat(&removed.offset).ready();
             let mut there = Model::zeroed();
             let carrier = &models[usize::from(removed.carrier)];
             compose_blended(carrier, ready, &mut there, part);

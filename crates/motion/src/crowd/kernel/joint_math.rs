@@ -1,7 +1,6 @@
 //! How a joint is computed from its parent: 3 × 4 matrices, row by row. The loop over the joints is that of `chain`.
 
-use glam::{Quat, Vec3};
-
+use crate::anim::JointTransform;
 use crate::crowd::keys::tracks::ONE;
 use crate::math::{F32x16, Lanes};
 
@@ -63,7 +62,8 @@ pub(crate) struct Local<L> {
 impl<L: Lanes> Local<L> {
     /// The same rotation and position in all lanes.
     #[inline(always)]
-    pub(crate) fn splat(turn: Quat, place: Vec3) -> Self {
+    pub(crate) fn splat(transform: &JointTransform) -> Self {
+        let (turn, place) = (transform.rotation, transform.translation);
         Self {
             turn: QuatLanes {
                 x: L::splat(turn.x),

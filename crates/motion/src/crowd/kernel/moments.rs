@@ -12,7 +12,7 @@ use super::sampling::Window;
 use crate::anim::ClipId;
 use crate::crowd::keys::clip_times::{ClipRange, Cycle, Moment};
 use crate::crowd::keys::key_bank::KeyBank;
-use crate::crowd::keys::level_clips::{LevelClips, LevelStep};
+use crate::crowd::keys::level_clips::LevelClips;
 use crate::crowd::keys::tracks::ONE;
 use crate::crowd::output::Output;
 use crate::crowd::sort::group::{Clock, Group, GroupCold, LaneRanges};
@@ -23,7 +23,8 @@ use crate::math::{F32x16, KeyColumns, KeyPlace, KeyRows, Lanes};
 pub(crate) struct Run<'a> {
     pub(crate) keys: &'a KeyBank,
     pub(crate) bank: &'a LevelClips,
-    pub(crate) level: PosedLevel<'a>,
+    /// Number of the level that is posed, as a float.
+    pub(crate) level: f32,
     /// Ranges of the keys of all clips and layers.
     pub(crate) ranges: &'a [ClipRange],
     /// For each group, the clip of all its characters if they are near each other in time, else `None`.
@@ -39,27 +40,16 @@ pub(crate) struct Run<'a> {
     pub(crate) output: Output,
 }
 
-/// The level that is posed.
-#[derive(Clone, Copy)]
-pub(crate) struct PosedLevel<'a> {
-    /// Number of the level, as a float.
-    pub(crate) number: f32,
-    /// Steps from this level to each of the levels after it.
-    pub(crate) steps: &'a [LevelStep],
-}
-
-impl PosedLevel<'_> {
-    /// Whether no character of a group has a level that is more than `steps` levels coarser than the posed one. The whole
-    /// group is tested, so that registers of every width compute the same.
-    #[inline(always)]
-    pub(crate) fn shows<L: Lanes>(&self, detail: &F32x16, steps: usize) -> bool {
-        let mut shows = true;
-        for part in 0..L::PARTS {
-            let ahead = L::load(detail, part) - L::splat(self.number + steps as f32);
-            shows &= ahead.all_below(f32::MIN_POSITIVE);
-        }
-        shows
+/// Whether no character of a group has a level that is more than `steps` levels coarser than the posed one, whose number is `posed`. The whole
+/// group is tested, so that registers of every width compute the same.
+#[inline(always)]
+pub(crate) fn shows<L: Lanes>(posed: f32, detail: &F32x16, steps: usize) -> bool {
+    let mut shows = true;
+    for part in 0..L::PARTS {
+        let ahead = L::load(detail, part) - L::splat(posed + steps as f32);
+        shows &= ahead.all_below(f32::MIN_POSITIVE);
     }
+    shows
 }
 
 /// Classes of the distance between lanes in time.
@@ -196,7 +186,7 @@ impl Run<'_> {
     pub(crate) fn find_moments<L: Lanes>(&self, index: usize, to: &mut Moments) {
         let group = &self.groups[index];
         to.group = index;
-        to.is_posed = self.level.shows::<L>(&group.detail, 0);
+        to.is_posed = shows::<L>(self.level, &group.detail, 0);
         to.is_visible = self.visible[index] != 0;
         let Some(clip) = self.near[index] else {
             let moments = self.moments::<L>(&group.clock, &self.cold[index].own, &mut to.interval);
@@ -215,7 +205,7 @@ impl Run<'_> {
         }
         if !range.is_even() {
             let before = [range.frame as u32; F32x16::LANES];
-            self.between_keys::<L>(&before, &mut found);
+            self.keys.frames.between::<L>(&before, &mut found);
         }
         let (place, keys) = (self.keys.place(range, 0), range.key_cycle.lanes::<L>());
         let mut reach = Reach::Narrow;
@@ -247,30 +237,12 @@ impl Run<'_> {
             found[part] = clock.moment(part, self.now, cycle);
         }
         if !clips.is_even {
-            self.between_keys::<L>(&clips.frames, &mut found);
+            self.keys.frames.between::<L>(&clips.frames, &mut found);
         }
         for part in 0..L::PARTS {
             found[part].interval.store(intervals, part);
         }
         found
-    }
-
-    /// Converts moments between frames to moments between keys. `before` are the numbers of frames of all clips before each
-    /// lane's own.
-    #[inline(always)]
-    fn between_keys<L: Lanes>(
-        &self,
-        before: &[u32; F32x16::LANES],
-        moments: &mut [Moment<L>; F32x16::MOST_PARTS],
-    ) {
-        let mut frames = F32x16::ZERO;
-        for part in 0..L::PARTS {
-            moments[part].interval.store(&mut frames, part);
-        }
-        let keys = self.keys.frames.at_frames(&frames, before);
-        for part in 0..L::PARTS {
-            moments[part] = keys.moment(part, moments[part].share);
-        }
     }
 
     /// The rows of keys of a group's first clips.

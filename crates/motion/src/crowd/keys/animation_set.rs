@@ -1,6 +1,6 @@
 use super::clip_times::{ClipRange, FrameKeys};
 use super::key_bank::{KeyBank, TrackPlaces};
-use super::level_clips::{LevelClips, LevelStep, steps};
+use super::level_clips::LevelClips;
 use super::tracks::{Tracks, count_keys};
 use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::crowd::error::{CrowdError, MOST_MOTIONS};
@@ -14,16 +14,10 @@ pub struct AnimationSet {
     pub(crate) keys: KeyBank,
     /// The joints of each level, and where their keys are; one entry for each level.
     pub(crate) banks: Vec<LevelClips>,
-    /// Steps from each level to the levels after it; one list for each level.
-    pub(crate) steps: Vec<Vec<LevelStep>>,
     /// Range of keys of each clip.
     pub(crate) ranges: Vec<ClipRange>,
     /// Duration of each clip, in seconds.
     durations: Vec<f32>,
-    /// The joints of each level.
-    kept: Vec<Vec<JointId>>,
-    /// For each level, the index of the joint that draws each joint of the skeleton.
-    carriers: Vec<Vec<u16>>,
 }
 
 impl AnimationSet {
@@ -72,17 +66,13 @@ impl AnimationSet {
         if keys.rows.len() > u32::MAX as usize {
             return Err(CrowdError::TooManyKeys);
         }
-        let banks = levels.iter().enumerate();
-        let banks = banks.map(|(number, level)| LevelClips::new(level, number, &tracks, &places));
+        let bank = |number| LevelClips::new(levels, number, &tracks, &places);
         let durations = clips.iter().map(|clip| clip.duration() as f32);
         Ok(Self {
             keys,
-            banks: banks.collect(),
-            steps: steps(levels),
+            banks: (0..levels.len()).map(bank).collect(),
             ranges,
             durations: durations.collect(),
-            kept: levels.iter().map(|level| level.kept.clone()).collect(),
-            carriers: levels.iter().map(carriers).collect(),
         })
     }
 
@@ -90,14 +80,14 @@ impl AnimationSet {
     /// order. A level beyond the last is the last one.
     #[must_use]
     pub fn joint_ids(&self, level: LevelId) -> &[JointId] {
-        &self.kept[self.clamp(level).index()]
+        &self.bank(level).kept
     }
 
     /// For each joint of the skeleton, in its order, the index of the joint that draws it on a level: its own while it is
     /// kept, else the one that carries it. For [`PoseSlice::copy_joints`](crate::crowd::PoseSlice::copy_joints).
     #[must_use]
     pub fn skeleton_order(&self, level: LevelId) -> &[u16] {
-        &self.carriers[self.clamp(level).index()]
+        &self.bank(level).carriers
     }
 
     /// Number of clips.
@@ -115,12 +105,12 @@ impl AnimationSet {
     /// Number of joints that a level keeps. A level beyond the last is the last one.
     #[must_use]
     pub fn joints(&self, level: LevelId) -> usize {
-        self.banks[self.clamp(level).index()].joints.len()
+        self.bank(level).joints.len()
     }
 
     /// The level that is played for `level`.
-    pub(crate) fn clamp(&self, level: LevelId) -> LevelId {
-        level.min(self.last())
+    fn bank(&self, level: LevelId) -> &LevelClips {
+        &self.banks[level.min(self.last()).index()]
     }
 
     /// The coarsest level.
@@ -143,12 +133,4 @@ impl AnimationSet {
     pub fn bytes(&self) -> usize {
         self.keys.bytes()
     }
-}
-
-fn carriers(level: &Level) -> Vec<u16> {
-    level
-        .attachments
-        .iter()
-        .map(|attachment| attachment.carrier)
-        .collect()
 }

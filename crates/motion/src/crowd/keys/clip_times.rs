@@ -217,46 +217,38 @@ impl FrameKeys {
         (time - frame) * count + first
     }
 
-    /// Looks up the keys of sixteen characters. `frames` are their frames; `before` are the numbers of frames of all clips
-    /// before their own.
+    /// Converts moments of sixteen characters between frames to moments between keys. `before` are the numbers of frames of all clips before
+    /// their own.
+    ///
+    /// No operation is fused, so that all machines find the same interval.
     #[inline(always)]
-    pub(crate) fn at_frames(&self, frames: &F32x16, before: &[u32; F32x16::LANES]) -> LaneKeys {
-        let mut keys = LaneKeys {
-            first: F32x16::ZERO,
-            count: F32x16::ZERO,
-        };
+    pub(crate) fn between<L: Lanes>(
+        &self,
+        before: &[u32; F32x16::LANES],
+        moments: &mut [Moment<L>; F32x16::MOST_PARTS],
+    ) {
+        let [mut frames, mut firsts, mut counts] = [F32x16::ZERO; 3];
+        let moments = &mut moments[..L::PARTS];
+        for (part, moment) in moments.iter().enumerate() {
+            moment.interval.store(&mut frames, part);
+        }
         for (lane, &before) in before.iter().enumerate() {
             let own = self.0[before as usize + frames.0[lane] as usize];
-            keys.first.0[lane] = own.first;
-            keys.count.0[lane] = own.count;
+            (firsts.0[lane], counts.0[lane]) = (own.first, own.count);
         }
-        keys
+        for (part, moment) in moments.iter_mut().enumerate() {
+            let count = L::load(&counts, part);
+            let place = moment.share * count;
+            let key = place.floor().min(count - L::splat(1.0));
+            *moment = Moment {
+                interval: L::load(&firsts, part) + key,
+                share: place - key,
+            };
+        }
     }
 
     /// Size of the table, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.0)
-    }
-}
-
-/// The keys of the frames of sixteen characters.
-pub(crate) struct LaneKeys {
-    first: F32x16,
-    count: F32x16,
-}
-
-impl LaneKeys {
-    /// Converts a moment between frames to a moment between keys.
-    ///
-    /// No operation is fused, so that all machines find the same interval.
-    #[inline(always)]
-    pub(crate) fn moment<L: Lanes>(&self, part: usize, share: L) -> Moment<L> {
-        let count = L::load(&self.count, part);
-        let place = share * count;
-        let key = place.floor().min(count - L::splat(1.0));
-        Moment {
-            interval: L::load(&self.first, part) + key,
-            share: place - key,
-        }
     }
 }

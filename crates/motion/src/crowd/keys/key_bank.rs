@@ -90,13 +90,20 @@ impl KeyBank {
             let units = range.keys() * places.row_units;
             bank.rows.resize(row + units, KeyUnit::default());
             for (track, keys) in keys.iter().enumerate() {
-                let track = TrackKeys {
-                    keys,
-                    place: tracks.places[track],
-                    quad: places.quads[track],
-                };
-                track.add_columns(range, &mut bank.columns);
-                track.add_rows(&mut bank.rows[row..], places.row_units);
+                let place = tracks.places[track];
+                add_columns(keys, place, range, &mut bank.columns);
+                for (key, row) in bank.rows[row..]
+                    .chunks_exact_mut(places.row_units)
+                    .enumerate()
+                {
+                    let row = bytemuck::cast_slice_mut(row);
+                    fill_row(
+                        keys,
+                        place,
+                        key,
+                        &mut row[places.quads[track] * KeyUnit::QUAD..],
+                    );
+                }
             }
         }
         bank
@@ -117,42 +124,30 @@ impl KeyBank {
     }
 }
 
-/// The keys of one track of one clip.
-struct TrackKeys<'a> {
-    keys: &'a Keys,
-    place: Place,
-    quad: usize,
-}
-
-impl TrackKeys<'_> {
-    fn add_columns(&self, range: &ClipRange, columns: &mut Vec<i16>) {
-        let last = self.keys.rotations.len() - 1;
-        let keys = || (0..range.stride()).map(|index| (index % range.keys()).min(last));
-        for component in 0..KeyUnit::QUAD {
-            columns.extend(keys().map(|key| self.keys.rotations[key][component]));
-        }
-        for quad in 0..self.place.quads() {
-            for axis in 0..3 {
-                let stored = |key| self.place.keys(self.keys.place(key))[quad][axis];
-                columns.extend(keys().map(stored));
-            }
+/// Appends the columns of a track of one clip.
+fn add_columns(keys: &Keys, place: Place, range: &ClipRange, columns: &mut Vec<i16>) {
+    let last = keys.rotations.len() - 1;
+    let indices = || (0..range.stride()).map(|index| (index % range.keys()).min(last));
+    for component in 0..KeyUnit::QUAD {
+        columns.extend(indices().map(|key| keys.rotations[key][component]));
+    }
+    for quad in 0..place.quads() {
+        for axis in 0..3 {
+            let stored = |key| place.keys(keys.place(key))[quad][axis];
+            columns.extend(indices().map(stored));
         }
     }
+}
 
-    fn add_rows(&self, rows: &mut [KeyUnit], row_units: usize) {
-        let last = self.keys.rotations.len() - 1;
-        for (key, row) in rows.chunks_exact_mut(row_units).enumerate() {
-            let key = key.min(last);
-            let row: &mut [i16] = bytemuck::cast_slice_mut(row);
-            let place = self.place.keys(self.keys.place(key));
-            let quads = self.place.quads();
-            let own = &mut row[self.quad * KeyUnit::QUAD..][..(1 + quads) * KeyUnit::QUAD];
-            let (rotation, places) = own.split_at_mut(KeyUnit::QUAD);
-            rotation.copy_from_slice(&self.keys.rotations[key]);
-            for (to, from) in places.chunks_exact_mut(KeyUnit::QUAD).zip(place) {
-                to[..3].copy_from_slice(&from);
-            }
-        }
+/// Writes a key of a track to the quads from the beginning of `row` on.
+fn fill_row(keys: &Keys, place: Place, key: usize, row: &mut [i16]) {
+    let key = key.min(keys.rotations.len() - 1);
+    let (rotation, places) = row.split_at_mut(KeyUnit::QUAD);
+    rotation.copy_from_slice(&keys.rotations[key]);
+    let stored = place.keys(keys.place(key));
+    let quads = places.chunks_exact_mut(KeyUnit::QUAD).take(place.quads());
+    for (to, from) in quads.zip(stored) {
+        to[..3].copy_from_slice(&from);
     }
 }
 

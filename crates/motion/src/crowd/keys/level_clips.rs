@@ -4,12 +4,10 @@
 //! levels to future work (their 4.2): see [`Blend`](crate::lod::Blend). A group may contain characters of several levels. It is posed
 //! on the finest of them. For a character of a coarser level, some steps are applied to that pose, the last one in part.
 
-use glam::{Quat, Vec3};
-
 use super::key_bank::{TrackPlaces, UnitRead};
 use super::tracks::{Place, Tracks};
 use crate::anim::JointId;
-use crate::lod::Level;
+use crate::lod::{Blend, Level};
 use crate::math::KeyUnit;
 
 /// The data of a joint that all clips share.
@@ -36,6 +34,12 @@ pub(crate) struct LevelClips {
     pub(crate) column_lines: usize,
     /// Units whose prefetch touches all cache lines that the level needs of a row, wherever in a cache line the row begins.
     pub(crate) fetched: Vec<usize>,
+    /// The joints of the skeleton that the level keeps, in the order of `joints`.
+    pub(crate) kept: Vec<JointId>,
+    /// The index of the joint that draws each joint of the skeleton.
+    pub(crate) carriers: Vec<u16>,
+    /// Steps from this level to each level after it.
+    pub(crate) steps: Vec<Vec<Blend>>,
 }
 
 /// Number of units in a cache line.
@@ -43,7 +47,14 @@ const LINE_UNITS: usize = 64 / size_of::<KeyUnit>();
 
 impl LevelClips {
     /// Builds the level with index `number`.
-    pub(crate) fn new(level: &Level, number: usize, tracks: &Tracks, places: &TrackPlaces) -> Self {
+    pub(crate) fn new(
+        levels: &[Level],
+        number: usize,
+        tracks: &Tracks,
+        places: &TrackPlaces,
+    ) -> Self {
+        let level = &levels[number];
+        let attachments = level.attachments.iter();
         let of_level = &tracks.of_levels[number];
         let joints = of_level.iter().zip(&level.parents);
         let joints = joints.map(|(&track, &parent)| LevelJoint {
@@ -76,6 +87,9 @@ impl LevelClips {
             column_lines: quads.len() * KeyUnit::QUAD,
             reads,
             fetched,
+            kept: level.kept.clone(),
+            carriers: attachments.map(|attachment| attachment.carrier).collect(),
+            steps: steps(levels, number),
         }
     }
 }
@@ -99,47 +113,13 @@ fn touching_all_lines(mut units: Vec<usize>) -> Vec<usize> {
     touching
 }
 
-/// The joints that are removed from one level to the next, as joints of the level that is posed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct LevelStep {
-    pub(crate) removed: Vec<RemovedJoint>,
-}
-
-/// A removed joint, and its carrier on the coarser level, as indices into the posed level's joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RemovedJoint {
-    pub(crate) joint: u16,
-    pub(crate) carrier: u16,
-    /// The joint's rotation in the carrier's frame.
-    pub(crate) turn: Quat,
-    pub(crate) place: Vec3,
-}
-
-/// The steps from each level to the levels after it, one list for each level.
-pub(crate) fn steps(levels: &[Level]) -> Vec<Vec<LevelStep>> {
-    let after = |posed: usize| {
-        let pairs = levels[posed..].windows(2);
-        pairs.map(move |pair| step(&levels[posed], &pair[0], &pair[1]))
-    };
-    (0..levels.len())
-        .map(|posed| after(posed).collect())
-        .collect()
-}
-
-fn step(posed: &Level, finer: &Level, coarser: &Level) -> LevelStep {
-    let index = |joint: JointId| Some(posed.index_of(joint)? as u16);
-    let gone = |&&joint: &&JointId| coarser.index_of(joint).is_none();
-    let removed = |&joint: &JointId| {
-        let attachment = coarser.attachments.get(joint.index())?;
-        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
-        Some(RemovedJoint {
-            joint: index(joint)?,
-            carrier: index(carrier)?,
-            turn: attachment.offset.rotation,
-            place: attachment.offset.translation,
-        })
-    };
-    LevelStep {
-        removed: finer.kept.iter().filter(gone).filter_map(removed).collect(),
-    }
+/// The steps from the level `posed` to each level after it: the joints that are removed, as joints of the posed level.
+fn steps(levels: &[Level], posed: usize) -> Vec<Vec<Blend>> {
+    let pairs = levels[posed..].windows(2);
+    let removed = pairs.map(|pair| {
+        let gone = |&&joint: &&JointId| pair[1].index_of(joint).is_none();
+        let blend = |&joint: &JointId| Blend::to_carrier(&levels[posed], &pair[1], joint);
+        pair[0].kept.iter().filter(gone).filter_map(blend).collect()
+    });
+    removed.collect()
 }

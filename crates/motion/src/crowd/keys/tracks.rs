@@ -18,7 +18,7 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
-use crate::anim::JointId;
+use crate::anim::{JointId, Place as JointPlace};
 use crate::lod::{Level, LevelMotion, LevelTrack, Translations};
 
 /// The 16-bit number that stands for 1.
@@ -37,18 +37,11 @@ pub(crate) struct Keys {
     pub(crate) places: Vec<Vec3>,
 }
 
-/// A joint's frame in model space.
-#[derive(Clone, Copy)]
-struct At {
-    turn: DQuat,
-    place: DVec3,
-}
-
 /// A joint's frame in the clip, and the frame that its keys give.
 #[derive(Clone, Copy)]
 struct WantedAndPlayed {
-    wanted: At,
-    played: At,
+    wanted: JointPlace,
+    played: JointPlace,
 }
 
 /// A moment between two frames of a clip.
@@ -58,24 +51,18 @@ struct BetweenFrames {
     share: f64,
 }
 
-impl At {
-    const ORIGIN: Self = Self {
-        turn: DQuat::IDENTITY,
-        place: DVec3::ZERO,
-    };
-
-    fn then(self, turn: DQuat, place: DVec3) -> Self {
-        Self {
-            turn: self.turn * turn,
-            place: self.place + self.turn * place,
-        }
+/// The frame of a joint below its parent's.
+fn below(above: JointPlace, turn: DQuat, place: DVec3) -> JointPlace {
+    JointPlace {
+        rotation: above.rotation * turn,
+        translation: above.point(place),
     }
 }
 
 impl WantedAndPlayed {
     const ORIGIN: Self = Self {
-        wanted: At::ORIGIN,
-        played: At::ORIGIN,
+        wanted: JointPlace::IDENTITY,
+        played: JointPlace::IDENTITY,
     };
 }
 
@@ -94,7 +81,7 @@ fn quantise(motion: &LevelMotion, tracks: &[usize], keys_of_frames: &[u32], keys
             let above = above.unwrap_or(WantedAndPlayed::ORIGIN);
             let place = place_at(&track.translations, moment);
             let turn = rotation_at(&track.rotations, moment);
-            let wanted = above.wanted.then(turn, place);
+            let wanted = below(above.wanted, turn, place);
             let keys = &mut keys[tracks[index]];
             if is_new[index] {
                 keys.push(track, WantedAndPlayed { wanted, ..above });
@@ -115,23 +102,23 @@ impl Keys {
 
     /// Appends a key. `at` has the joint's frame in the clip, and the frame that the keys give its parent.
     fn push(&mut self, track: &LevelTrack, at: WantedAndPlayed) {
-        let to_parent = at.played.turn.inverse();
-        let own = round(to_parent * at.wanted.turn, self.rotations.last());
+        let to_parent = at.played.rotation.inverse();
+        let own = round(to_parent * at.wanted.rotation, self.rotations.last());
         self.rotations.push(own);
         match track.translations {
             Translations::Fixed(place) => self.places = vec![place],
             Translations::Moving(_) => {
                 // Compensates for the errors of the rotations above.
-                let place = to_parent * (at.wanted.place - at.played.place);
+                let place = to_parent * (at.wanted.translation - at.played.translation);
                 self.places.push(place.as_vec3());
             }
         }
     }
 
     /// Frame of the joint at a key, below its parent's frame `above`.
-    fn after(&self, above: At, key: usize) -> At {
+    fn after(&self, above: JointPlace, key: usize) -> JointPlace {
         let turn = DQuat::from_array(self.rotations[key].map(f64::from)).normalize();
-        above.then(turn, self.place(key).as_dvec3())
+        below(above, turn, self.place(key).as_dvec3())
     }
 }
 

@@ -7,15 +7,13 @@
 //!
 //! ```text
 //! key of each character = level, whether it cross-fades, clip, position in the clip, number
-//! sort the keys by radix
+//! sort the keys
 //! for each level:
 //!     while keys are left:
 //!         if the next sixteen play one clip, near each other in time: they are a group
 //!         else the next one waits in a list
 //!     each sixteen of the list are a group; fewer wait for the next level
 //! ```
-
-use std::ops::Range;
 
 use super::group::{Group, GroupKind, NOWHERE};
 use super::schedule::{Schedule, Sorting};
@@ -40,8 +38,7 @@ impl Schedule {
     pub(crate) fn sort(&mut self, mut sorting: Sorting<'_>) {
         self.clear(&mut sorting);
         self.add_keys(&sorting);
-        let bits = ID_BITS..sorting.key_bits();
-        radix_sort(&mut self.keys, &mut self.spare, bits);
+        self.keys.sort_unstable();
         self.fill(&mut sorting);
         self.first_late = self.groups.len();
         for id in 0..sorting.slots.len() {
@@ -80,7 +77,7 @@ impl Schedule {
             let time = (at * (1 << TIME_BITS) as f32) as u64;
             let time = time.min((1 << TIME_BITS) - 1);
             let kind = 2 * state.level().index() + usize::from(state.fades);
-            let plays = (kind * clips + state.clip.index()) as u64;
+            let plays = (kind * clips + state.own.clip.index()) as u64;
             plays << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
         }));
     }
@@ -141,12 +138,6 @@ impl Schedule {
 }
 
 impl Sorting<'_> {
-    /// Number of bits of a key.
-    fn key_bits(&self) -> u32 {
-        let kinds = 2 * self.animations.levels() * self.animations.clips();
-        ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2()
-    }
-
     /// Kind of the groups for characters with this key that are near each other in time.
     fn kind(&self, key: u64) -> GroupKind {
         let plays = (key >> (TIME_BITS + ID_BITS)) as usize;
@@ -181,55 +172,4 @@ impl Sorting<'_> {
 
 fn who(key: u64) -> u32 {
     (key & MOST_CHARACTERS as u64) as u32
-}
-
-/// Number of bits of a digit, by which one pass sorts.
-const DIGIT: u32 = 11;
-const VALUES: usize = 1 << DIGIT;
-
-/// Radix sort, least significant digit first: linear in the number of keys, and the same time whatever their order. Sorts
-/// by the bits in `bits`; equal keys stay in their order. `spare` may have any length and content.
-fn radix_sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>, bits: Range<u32>) {
-    spare.resize(keys.len(), 0);
-    for shift in bits.clone().step_by(DIGIT as usize) {
-        let width = DIGIT.min(bits.end - shift);
-        let digit = |key: u64| (key >> shift) as usize & ((1 << width) - 1);
-        let mut places = [0u32; VALUES];
-        for &key in keys.iter() {
-            places[digit(key)] += 1;
-        }
-        let mut sum = 0;
-        for place in &mut places {
-            sum += std::mem::replace(place, sum);
-        }
-        for &key in keys.iter() {
-            let place = &mut places[digit(key)];
-            spare[*place as usize] = key;
-            *place += 1;
-        }
-        std::mem::swap(keys, spare);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn keys_are_sorted_as_the_library_sorts(
-            keys in prop::collection::vec(0u64.., 0..3000),
-            low in 0u32..40,
-            width in 0u32..=24,
-        ) {
-            let bits = low..low + width;
-            let mut expected = keys.clone();
-            expected.sort_by_key(|&key| key >> bits.start & ((1 << width) - 1));
-            let (mut keys, mut spare) = (keys, Vec::new());
-            radix_sort(&mut keys, &mut spare, bits);
-            prop_assert_eq!(keys, expected);
-        }
-    }
 }

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::anim::ClipId;
 use crate::crowd::character::{CharacterState, LaneClip};
 use crate::crowd::keys::clip_times::{ClipRange, Cycle, Moment};
@@ -50,7 +52,7 @@ pub(crate) struct GroupKind {
     pub(crate) fades: bool,
 }
 
-/// Consecutive groups of one level that all cross-fade or do not, whatever their clips.
+/// Consecutive groups of one level that all cross-fade or do not, whatever their clips: all of them, or those that belong to one chunk.
 #[derive(Clone, Debug)]
 pub(crate) struct Bucket {
     pub(crate) level: LevelId,
@@ -61,22 +63,20 @@ pub(crate) struct Bucket {
     pub(crate) lines: usize,
 }
 
+impl Bucket {
+    /// Number of [`F32x16`]s of all groups.
+    pub(crate) fn output_len(&self) -> usize {
+        self.groups.len() * self.lines
+    }
+}
+
 impl GroupKind {
     /// Whether a character can be in a group of this kind.
     pub(crate) fn takes(self, state: &CharacterState) -> bool {
         self.level <= state.level()
-            && self.near.is_none_or(|clip| clip == state.clip)
+            && self.near.is_none_or(|clip| clip == state.own.clip)
             && (self.fades || !state.fades)
     }
-}
-
-/// Consecutive groups of one bucket that belong to one chunk.
-#[derive(Clone, Debug)]
-pub(crate) struct Piece {
-    pub(crate) level: LevelId,
-    pub(crate) fades: bool,
-    pub(crate) groups: Range<usize>,
-    pub(crate) lines: Range<usize>,
 }
 
 /// Sixteen characters outside the frustum, which are not posed.
@@ -90,7 +90,8 @@ pub(crate) struct Parked {
 }
 
 /// Sixteen characters that are posed together, field by field.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Group {
     pub(crate) clock: Clock,
     cos: F32x16,
@@ -103,7 +104,8 @@ pub(crate) struct Group {
 }
 
 /// Positions in clips, as linear functions of the groups' clock.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Clock {
     /// Position when the groups' clock is 0, in frames.
     start: F32x16,
@@ -117,7 +119,7 @@ pub(crate) struct GroupCold {
     pub(crate) kind: GroupKind,
     /// Start of the group in the output, in [`F32x16`]s.
     pub(crate) offset: usize,
-    /// Numbers of the characters; [`Group::NOBODY`] for unused lanes.
+    /// Numbers of the characters; [`Group::NOBODY`] for unused lanes, which repeat another lane, so that they stay near it in time.
     pub(crate) ids: [u32; F32x16::LANES],
     /// Each character's own clip.
     pub(crate) own: LaneRanges,
@@ -171,15 +173,7 @@ impl Group {
 
     /// Copies everything that a lane holds to another lane.
     pub(crate) fn copy_lane(&mut self, from: usize, to: usize) {
-        self.clock.copy_lane(from, to);
-        for line in [
-            &mut self.cos,
-            &mut self.sin,
-            &mut self.x,
-            &mut self.y,
-            &mut self.z,
-            &mut self.detail,
-        ] {
+        for line in bytemuck::cast_slice_mut::<Self, F32x16>(std::slice::from_mut(self)) {
             line.0[to] = line.0[from];
         }
     }
@@ -221,11 +215,6 @@ impl GroupCold {
     pub(crate) fn copy_lane(&mut self, from: usize, to: usize) {
         self.own.copy_lane(from, to);
         self.fade.copy_lane(from, to);
-    }
-
-    /// Whether a lane has a character. Unused lanes repeat another lane, so that they stay near it in time.
-    pub(crate) fn is_used(&self, lane: usize) -> bool {
-        self.ids[lane] != Group::NOBODY
     }
 }
 

@@ -1,8 +1,6 @@
 //! The groups of a crowd, and their positions in the output.
 
-use super::group::{
-    Bucket, Group, GroupCold, GroupKind, MOST_LATE, NOWHERE, PARKED, Parked, Piece, Slot,
-};
+use super::group::{Bucket, Group, GroupCold, GroupKind, MOST_LATE, NOWHERE, PARKED, Parked, Slot};
 use crate::anim::ClipId;
 use crate::crowd::character::CharacterState;
 use crate::crowd::keys::animation_set::AnimationSet;
@@ -20,7 +18,7 @@ pub(crate) struct Schedule {
     pub(crate) visible: Vec<u16>,
     pub(crate) parked: Vec<Parked>,
     pub(crate) buckets: Vec<Bucket>,
-    pub(crate) pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Bucket>,
     /// End index of each chunk's pieces.
     pub(crate) ends: Vec<usize>,
     /// Length of the whole output, in [`F32x16`]s.
@@ -29,7 +27,6 @@ pub(crate) struct Schedule {
     pub(crate) first_late: usize,
     /// Sort keys; from the highest bits: level, whether it cross-fades, clip, position in the clip, character.
     pub(crate) keys: Vec<u64>,
-    pub(crate) spare: Vec<u64>,
     /// Characters that share no loads and are to be put into groups of sixteen: those that do not cross-fade, and those that
     /// do.
     pub(crate) rest: [Vec<u32>; 2],
@@ -74,9 +71,7 @@ impl Schedule {
         for rest in &mut self.rest {
             reserve(rest, characters);
         }
-        for keys in [&mut self.keys, &mut self.spare] {
-            reserve(keys, characters);
-        }
+        reserve(&mut self.keys, characters);
     }
 
     /// Adds a group behind all others.
@@ -149,12 +144,6 @@ impl Schedule {
             self.rows.put(slot.number() as usize, id);
         }
     }
-
-    /// Makes a lane unused.
-    pub(crate) fn leave(&mut self, slot: Slot) {
-        self.cold[slot.group].ids[slot.lane] = Group::NOBODY;
-        self.rows.remove(slot.number() as usize);
-    }
 }
 
 /// Reserves memory for `count` items in all.
@@ -207,7 +196,7 @@ impl Schedule {
             let mut open = (self.first_late..self.groups.len()).rev().take(4);
             let vacancy = open.find_map(|group| {
                 let cold = &self.cold[group];
-                let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
+                let lane = cold.ids.iter().position(|&id| id == Group::NOBODY)?;
                 cold.kind.takes(state).then_some(Slot { group, lane })
             });
             match vacancy {
@@ -237,8 +226,9 @@ impl Schedule {
             return;
         }
         let slot = Slot::from_number(slot);
-        self.leave(slot);
         let Slot { group, lane } = slot;
+        self.cold[group].ids[lane] = Group::NOBODY;
+        self.rows.remove(slot.number() as usize);
         let stays = |&id: &u32| id != Group::NOBODY;
         if let Some(other) = self.cold[group].ids.iter().position(stays) {
             self.groups[group].copy_lane(other, lane);
@@ -362,12 +352,10 @@ impl Schedule {
                 };
                 let (from, to) = (up_to(start), up_to(end));
                 if from < to {
-                    let line = |group: usize| bucket.offset + group * bucket.lines;
-                    self.pieces.push(Piece {
-                        level: bucket.level,
-                        fades: bucket.fades,
+                    self.pieces.push(Bucket {
                         groups: bucket.groups.start + from..bucket.groups.start + to,
-                        lines: line(from)..line(to),
+                        offset: bucket.offset + from * bucket.lines,
+                        ..*bucket
                     });
                 }
             }
@@ -375,18 +363,8 @@ impl Schedule {
         }
     }
 
-    /// The pieces of each chunk.
-    pub(crate) fn parts(&self) -> impl Iterator<Item = &[Piece]> {
-        (0..self.ends.len()).map(|chunk| self.part(chunk))
-    }
-
-    /// Number of chunks.
-    pub(crate) fn chunks(&self) -> usize {
-        self.ends.len()
-    }
-
     /// The pieces of one chunk, in the order of the output.
-    pub(crate) fn part(&self, chunk: usize) -> &[Piece] {
+    pub(crate) fn part(&self, chunk: usize) -> &[Bucket] {
         let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.pieces[start..self.ends[chunk]]
     }
