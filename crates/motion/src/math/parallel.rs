@@ -1,7 +1,7 @@
 //! Work shared out among threads, with results in order; and a pool of threads that share the work of each frame.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::thread::{JoinHandle, Thread};
@@ -18,26 +18,18 @@ pub fn in_parallel<T: Send>(
     const RUNS: usize = 16;
     let threads = thread_count(threads).min(count).max(1);
     let length = (count / (threads * RUNS)).max(1);
-    let results = Mutex::new(Vec::new());
-    lock(&results).resize_with(count.div_ceil(length), Vec::new);
-    let next = AtomicUsize::new(0);
-    on_threads(threads, &|| {
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
+    let mut runs = Vec::new();
+    runs.resize_with(count.div_ceil(length), Vec::new);
+    each_on(
+        threads,
+        runs.iter_mut().enumerate(),
+        |(number, run), (): &mut ()| {
             let first = number * length;
-            if first >= count {
-                return;
-            }
-            let run = first..(first + length).min(count);
-            let done = run.map(&work).collect();
-            lock(&results)[number] = done;
-        }
-    });
-    let mut all = Vec::with_capacity(count);
-    for mut run in results.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        all.append(&mut run);
-    }
-    all
+            let items = first..(first + length).min(count);
+            *run = items.map(&work).collect();
+        },
+    );
+    runs.into_iter().flatten().collect()
 }
 
 /// Locks a mutex, also after a panic of another thread.
@@ -50,9 +42,17 @@ pub fn each<T: Send, S: Default>(
     parts: impl Iterator<Item = T> + Send,
     work: impl Fn(T, &mut S) + Sync,
 ) {
+    each_on(thread_count(0), parts, work);
+}
+
+fn each_on<T: Send, S: Default>(
+    threads: usize,
+    parts: impl Iterator<Item = T> + Send,
+    work: impl Fn(T, &mut S) + Sync,
+) {
     let parts = Mutex::new(parts);
     let next = || lock(&parts).next();
-    on_threads(thread_count(0), &|| {
+    on_threads(threads, &|| {
         let mut scratch = S::default();
         while let Some(part) = next() {
             work(part, &mut scratch);
@@ -65,10 +65,7 @@ pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> 
     std::thread::scope(|scope| {
         let a = scope.spawn(a);
         let b = b();
-        match a.join() {
-            Ok(a) => (a, b),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
+        (a.join().unwrap_or_else(|panic| resume_unwind(panic)), b)
     })
 }
 
@@ -79,9 +76,7 @@ fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
         let workers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
         work();
         for worker in workers {
-            if let Err(panic) = worker.join() {
-                std::panic::resume_unwind(panic);
-            }
+            worker.join().unwrap_or_else(|panic| resume_unwind(panic));
         }
     });
 }

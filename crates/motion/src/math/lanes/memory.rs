@@ -67,7 +67,7 @@ impl<'a> KeyColumns<'a> {
         for (column, window) in windows.iter_mut().enumerate() {
             let next = self.table.as_ptr();
             let next = next.wrapping_add(self.next.column(column).first);
-            prefetch(next.wrapping_add(Self::WINDOW - 1));
+            prefetch::<TO_READ, _>(next.wrapping_add(Self::WINDOW - 1));
             // SAFETY: the table has been found to reach to the end of the last window.
             *window = unsafe { &*table.as_ptr().add(column * stride).cast() };
         }
@@ -127,8 +127,8 @@ impl<'a> KeyRows<'a> {
     #[inline(always)]
     pub(crate) fn prefetch(&self, lane: usize, unit: usize) {
         let own = self.starts[lane].wrapping_add(unit);
-        prefetch(own);
-        prefetch(own.wrapping_add(self.length));
+        prefetch::<TO_READ, _>(own);
+        prefetch::<TO_READ, _>(own.wrapping_add(self.length));
     }
 
     /// A unit of one lane's row, and of the row after it.
@@ -153,7 +153,7 @@ impl RowLines<'_> {
     /// Prefetches an [`F32x16`] that will be written. It need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, row: usize, index: usize) {
-        prefetch_line(self.starts[row].wrapping_add(index));
+        prefetch::<TO_WRITE, F32x16>(self.starts[row].wrapping_add(index));
     }
 
     /// An [`F32x16`] of one row.
@@ -166,31 +166,22 @@ impl RowLines<'_> {
     }
 }
 
-/// Prefetches an element that will be read. It need not exist.
+/// For [`prefetch`]: an element that will be read soon.
+const TO_READ: i32 = 3;
+/// For [`prefetch`]: an element that will be written, to the second-level cache. In the first-level cache, memory that waits to be written
+/// would displace memory that is in use.
+const TO_WRITE: i32 = 2;
+
+/// Prefetches an element. It need not exist.
 #[inline(always)]
-pub(crate) fn prefetch<T>(element: *const T) {
+fn prefetch<const HINT: i32, T>(element: *const T) {
     #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every x86-64 has SSE; any address may be asked for.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(element.cast()) }
+    // SAFETY: every x86-64 has SSE; any address may be asked for.
+    unsafe {
+        std::arch::x86_64::_mm_prefetch::<HINT>(element.cast());
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = element;
-}
-
-/// Prefetches to the second-level cache. In the first-level cache, memory that waits to be written would displace memory
-/// that is in use.
-#[inline(always)]
-fn prefetch_line(line: *const F32x16) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
-        // SAFETY: every x86-64 has SSE; any address may be asked for.
-        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.cast()) }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = line;
 }
 
 /// Row numbers at positions. Each row is at one position at most.

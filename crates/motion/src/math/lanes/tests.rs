@@ -5,7 +5,6 @@ use super::*;
 /// Uses every operation of [`Lanes`]. The results must have the same bits for all registers.
 struct Everything<'a> {
     numbers: &'a [F32x16; 16],
-    table: &'a [i16],
 }
 
 impl Kernel for Everything<'_> {
@@ -41,23 +40,6 @@ impl Kernel for Everything<'_> {
         keep(&|part| a(part).copy_sign(b(part)));
         keep(&|part| as_number(words(part)));
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
-        let (stride, table) = (70, self.table);
-        let [at, next] = [5, 9].map(|first| KeyPlace { first, stride });
-        let columns = KeyColumns { table, at, next };
-        // Below the fewest lanes that there are.
-        let few = |part| (a(part) * a(part) * L::splat(0.25)).floor();
-        for window in 0..3 {
-            let places = |part| L::window_places(few(part));
-            let words = |part| L::windows::<false, 3>(columns, places(part))[window];
-            keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
-        }
-        // Below the reach of the narrowest wide window.
-        let more = |part| (a(part) * a(part)).floor();
-        for window in 0..3 {
-            let places = |part| L::window_places(more(part));
-            let words = |part| L::windows::<true, 3>(columns, places(part))[window];
-            keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
-        }
         keep(&|part| L::from_bits(L::load_words(&self.numbers[0], part)));
         let all_below = (0..L::PARTS).all(|part| a(part).all_below(4.0));
         let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
@@ -170,13 +152,8 @@ fn bits(lines: &[F32x16]) -> Vec<[u32; 16]> {
 
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
-    let run = |isa: Isa| {
-        isa.on_lanes(Everything {
-            numbers: &numbers(),
-            table: &table,
-        })
-    };
+    let numbers = &numbers();
+    let run = |isa: Isa| isa.on_lanes(Everything { numbers });
     let portable = run(Isa::Portable);
     for isa in Isa::available() {
         for (index, (found, expected)) in bits(&run(isa)).iter().zip(bits(&portable)).enumerate() {
@@ -187,11 +164,8 @@ fn every_instruction_set_gives_the_same_bits() {
 
 #[test]
 fn what_lanes_give_is_plain_arithmetic() {
-    let (numbers, table) = (numbers(), [0i16; 220]);
-    let out = Isa::Portable.on_lanes(Everything {
-        numbers: &numbers,
-        table: &table,
-    });
+    let numbers = &numbers();
+    let out = Isa::Portable.on_lanes(Everything { numbers });
     for lane in 0..16 {
         let (a, b) = (numbers[0].0[lane], numbers[1].0[lane]);
         let word = (a * a * 50.0) as u32;
@@ -306,61 +280,57 @@ fn windows_end_with_the_table() {
     }
 }
 
-/// Reads wide windows at places that differ by lane.
-struct Places<'a> {
+/// Reads windows at places that differ by lane.
+struct Places<'a, const WIDE: bool> {
     table: &'a [i16],
     places: F32x16,
 }
 
-impl Kernel for Places<'_> {
-    /// The reach, and the words of two windows.
-    type Out = (usize, [[u32; 16]; 2]);
+impl<const WIDE: bool> Kernel for Places<'_, WIDE> {
+    /// The reach, and the words of four windows.
+    type Out = (usize, [[u32; 16]; 4]);
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Out {
-        let at = KeyPlace {
-            first: 3,
-            stride: 101,
-        };
-        let columns = KeyColumns {
-            table: self.table,
-            at,
-            next: at,
-        };
-        let mut out = [F32x16::ZERO; 2];
+        let (first, stride) = (3, 101);
+        let at = KeyPlace { first, stride };
+        let (table, next) = (self.table, at);
+        let columns = KeyColumns { table, at, next };
+        let reach = if WIDE { L::WIDE_REACH } else { L::REACH };
+        let mut out = [F32x16::ZERO; 4];
         for part in 0..L::PARTS {
-            let places = L::load(&self.places, part).min(L::splat(L::WIDE_REACH as f32 - 1.0));
-            let words = L::windows::<true, 2>(columns, L::window_places(places));
+            let places = L::load(&self.places, part).min(L::splat(reach as f32 - 1.0));
+            let words = L::windows::<WIDE, 4>(columns, L::window_places(places));
             for (line, words) in out.iter_mut().zip(words) {
                 L::from_bits(words).store(line, part);
             }
         }
-        (L::WIDE_REACH, out.map(|line| line.0.map(f32::to_bits)))
+        (reach, out.map(|line| line.0.map(f32::to_bits)))
     }
 }
 
-#[test]
-fn wide_windows_have_all_places() {
-    let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
+fn check_places<const WIDE: bool>() {
+    let table: Vec<i16> = (0..500).map(|index| (index * 1237) as i16).collect();
     for isa in Isa::available() {
         for turn in 0..64 {
             let places = F32x16(std::array::from_fn(|lane| ((turn + 5 * lane) % 63) as f32));
-            let (reach, found) = isa.on_lanes(Places {
-                table: &table,
-                places,
-            });
+            let table = &table[..];
+            let (reach, found) = isa.on_lanes(Places::<WIDE> { table, places });
             for (window, line) in found.iter().enumerate() {
                 for (lane, &word) in line.iter().enumerate() {
                     let place = (places.0[lane] as usize).min(reach - 1);
                     let at = 3 + 101 * window + place;
                     let [low, high] = [table[at], table[at + 1]].map(|key| u32::from(key as u16));
-                    assert_eq!(
-                        word,
-                        high << 16 | low,
-                        "{isa:?}, lane {lane}, place {place}"
-                    );
+                    let expected = high << 16 | low;
+                    assert_eq!(word, expected, "{isa:?}, lane {lane}, place {place}");
                 }
             }
         }
     }
+}
+
+#[test]
+fn windows_have_all_places() {
+    check_places::<false>();
+    check_places::<true>();
 }
