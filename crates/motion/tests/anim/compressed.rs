@@ -1,6 +1,7 @@
 //! Compressed clips: the error that is promised, the bytes read naively, hostile bytes.
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use crate::exact_places;
+use glam::{DVec3, Quat, Vec3};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_motion::anim::{Clip, ClipDesc, CompressionSettings, JointKind, Pose, Skeleton};
@@ -27,27 +28,6 @@ fn stretching_clip(skeleton: &Skeleton) -> Clip {
     Clip::new(skeleton, desc).unwrap()
 }
 
-/// Transforms of all joints in double precision.
-fn places(skeleton: &Skeleton, pose: &Pose) -> Vec<(DQuat, DVec3)> {
-    let mut out: Vec<(DQuat, DVec3)> = Vec::new();
-    for (index, joint) in skeleton.joints().iter().enumerate() {
-        let turn = pose.rotations[index].as_dquat().normalize();
-        let local = pose
-            .translations
-            .get(index)
-            .unwrap_or(&joint.offset)
-            .as_dvec3();
-        out.push(match joint.parent {
-            None => (turn, pose.root.as_dvec3()),
-            Some(parent) => {
-                let (rotation, place) = out[parent.index()];
-                (rotation * turn, rotation * local + place)
-            }
-        });
-    }
-    out
-}
-
 /// Checks the error of every joint in every frame and half way between.
 fn holds_its_error(skeleton: &Skeleton, plain: &Clip, settings: &CompressionSettings) -> Clip {
     let packed = plain.compressed(skeleton, settings);
@@ -60,7 +40,7 @@ fn holds_its_error(skeleton: &Skeleton, plain: &Clip, settings: &CompressionSett
         for (clip, pose) in [plain, &packed].into_iter().zip(&mut poses) {
             clip.sample(half as f32 / 2.0, pose);
         }
-        let [a, b] = poses.each_ref().map(|pose| places(skeleton, pose));
+        let [a, b] = poses.each_ref().map(|pose| exact_places(skeleton, pose));
         for (joint, (a, b)) in skeleton.joints().iter().zip(a.iter().zip(&b)) {
             let error = a.1.distance(b.1);
             let bound = match joint.kind {

@@ -1,12 +1,11 @@
 //! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
 
+use super::frame::stage;
 use glam::{Vec3, Vec4};
-use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
-use sabaki_fixtures::crowd::{Stage, crowd_of, outputs, posed, settings};
+use sabaki_fixtures::crowd::{crowd_of, outputs, posed, settings};
 use sabaki_fixtures::memory::{all_allocations, alone};
-use sabaki_motion::anim::JointId;
 use sabaki_motion::crowd::{Crowd, Frame, Frustum, LevelId};
-use sabaki_motion::lod::{Levels, Rule, SwitchSettings, Switching};
+use sabaki_motion::lod::{Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa};
 use std::sync::Arc;
 
@@ -21,12 +20,7 @@ fn frames_in_which_levels_change_allocate_nothing() {
 }
 
 fn poses_of_all_outputs() {
-    let skeleton = small_skeleton();
-    let clips = vec![
-        swinging_clip(&skeleton, 90, 0.3),
-        swinging_clip(&skeleton, 47, 1.1),
-    ];
-    let stage = Stage::new(skeleton, clips, &[1, 3, 5]);
+    let (stage, _) = stage();
     let characters = stage.characters(1000, 7);
     for output in outputs() {
         for threads in [1, 3] {
@@ -65,14 +59,7 @@ fn poses_of_all_outputs() {
 /// Positions in front of a camera that walks past: levels change, characters enter and leave the frustum, and the crowd is
 /// sorted again and again.
 fn whole_frames_while_levels_change() {
-    let skeleton = small_skeleton();
-    let clips = vec![
-        swinging_clip(&skeleton, 90, 0.3),
-        swinging_clip(&skeleton, 47, 1.1),
-    ];
-    let order = [1, 3, 5].map(|id| (JointId(id), f32::from(id)));
-    let levels = Levels::in_order(&skeleton, &order).unwrap();
-    let stage = Stage::on_levels(&skeleton, &clips, &levels);
+    let (stage, levels) = stage();
     let settings_of_levels = SwitchSettings {
         rule: Rule::Energy { furthest: 6.0 },
         ..SwitchSettings::default()

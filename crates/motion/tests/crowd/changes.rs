@@ -1,14 +1,12 @@
 //! Promise: every character is posed as it was last described, whatever changes and however often all are sorted; the single calls
 //! may be mixed with whole frames.
 
-use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use super::frame::{SECONDS, stage};
 use sabaki_fixtures::crowd::{Stage, crowd_of, joint_of, settings};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::crowd::{Character, Crowd, CrowdError, Frame, Layout, MemberId, Output};
 use sabaki_motion::lod::LevelId;
 use sabaki_motion::math::{F32x16, Isa};
-
-const SECONDS: f64 = 1.0 / 60.0;
 
 /// What a character was told, and when.
 #[derive(Clone, Copy)]
@@ -94,12 +92,7 @@ impl Changing {
 
 #[test]
 fn characters_change_while_all_are_sorted_again_and_again() {
-    let skeleton = small_skeleton();
-    let clips = vec![
-        swinging_clip(&skeleton, 120, 0.3),
-        swinging_clip(&skeleton, 47, 1.1),
-    ];
-    let stage = Stage::new(skeleton, clips, &[1, 3, 5]);
+    let (stage, _) = stage();
     let others = stage.characters(300, 6);
     for layout in [Layout::Blocks, Layout::Instances] {
         let output = Output {

@@ -2,13 +2,14 @@
 //! no pose.
 
 use super::frame::{stage, switchings};
+use super::pose::default;
 use glam::{Vec3, Vec4};
-use sabaki_fixtures::crowd::{Stage, crowd_of, settings};
+use sabaki_fixtures::crowd::{Stage, crowd_of};
 use sabaki_motion::crowd::{
-    Character, Crowd, CrowdError, Frame, Frustum, LevelId, MemberId, Output, Placement,
+    Character, Crowd, CrowdError, Frame, Frustum, LevelId, MemberId, Placement,
 };
 use sabaki_motion::lod::Switching;
-use sabaki_motion::math::{F32x16, Isa, Rigid2};
+use sabaki_motion::math::{F32x16, Rigid2};
 
 /// Stands apart from the others.
 const OUTSIDER: MemberId = MemberId(100);
@@ -37,8 +38,7 @@ impl Outside {
             ground: Rigid2::new(0.0, OUTSIDE, 0.0),
             height: 0.0,
         };
-        let settings = settings(Output::default(), Isa::best(), 1);
-        let (crowd, _) = crowd_of(stage, &characters, settings);
+        let (crowd, _) = crowd_of(stage, &characters, default());
         let out = vec![F32x16::ZERO; crowd.max_output_len(characters.len())];
         let mut outside = Self { crowd, out };
         let far = Frame {
@@ -101,8 +101,7 @@ fn a_visible_character_that_is_given_a_finer_level_stays_posed() {
 fn characters_are_posed_again_when_there_is_no_frustum_any_more() {
     let (stage, _) = stage();
     let characters = stage.characters(32, 4);
-    let settings = settings(Output::default(), Isa::best(), 1);
-    let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
     let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
     let nothing = Frame {
         frustum: Some(up_to(-100.0)),
@@ -126,8 +125,7 @@ fn characters_are_posed_again_when_there_is_no_frustum_any_more() {
 fn a_hidden_character_has_no_slice_though_it_keeps_its_group() {
     let (stage, _) = stage();
     let characters: Vec<Character> = stage.characters(40, 4);
-    let settings = settings(Output::default(), Isa::best(), 1);
-    let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
     let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
     crowd.frame(&Frame::default(), &mut out).unwrap();
     let half = Frame {

@@ -1,6 +1,7 @@
 //! Promise: one call a frame gives every character the level, the blend and the pose that the single calls give it, on every
 //! instruction set, whatever the camera does, with and without hysteresis and culling.
 
+use super::pose::default;
 use glam::{Vec3, Vec4};
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::crowd::{Stage, crowd_of, settings};
@@ -187,11 +188,7 @@ fn check(stage: &Stage, crowd: &Crowd, out: &[F32x16], id: MemberId, frame: usiz
 fn hidden_characters_have_no_pose_and_come_back() {
     let (stage, _) = stage();
     let characters = stage.characters(50, 4);
-    let (mut crowd, ids) = crowd_of(
-        &stage,
-        &characters,
-        settings(Output::default(), Isa::best(), 1),
-    );
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
     let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
     let nowhere = Frustum {
         planes: [Vec4::new(0.0, 0.0, 0.0, -10.0); 6],
@@ -222,11 +219,7 @@ fn hidden_characters_have_no_pose_and_come_back() {
 fn time_is_exact_after_a_day() {
     let (stage, _) = stage();
     let characters = stage.characters(60, 5);
-    let (mut crowd, ids) = crowd_of(
-        &stage,
-        &characters,
-        settings(Output::default(), Isa::best(), 1),
-    );
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
     let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
     crowd.pose(&mut out).unwrap();
     let (step, frames) = (0.5, 2 * 3600 * 24);
@@ -237,11 +230,7 @@ fn time_is_exact_after_a_day() {
     assert_eq!(crowd.time(), seconds);
     let by_steps = ids.iter().map(|&id| crowd.character(id).unwrap());
     let by_steps: Vec<Character> = by_steps.collect();
-    let (mut at_once, _) = crowd_of(
-        &stage,
-        &characters,
-        settings(Output::default(), Isa::best(), 1),
-    );
+    let (mut at_once, _) = crowd_of(&stage, &characters, default());
     at_once.set_time(seconds);
     for ((&id, character), start) in ids.iter().zip(&by_steps).zip(&characters) {
         // Exactly: the clips have 119 and 46 intervals, 30 a second.

@@ -101,55 +101,47 @@ impl Camera {
     }
 }
 
-/// A character that a camera comes near to.
-struct Approach<'a> {
-    skeleton: &'a Skeleton,
-    clip: &'a Clip,
-    levels: &'a Levels,
-}
-
-impl Approach<'_> {
-    /// A camera that comes from far away and goes again at 5 m/s, 60 frames a second, while the clip plays: how many pixels a point
-    /// moves at most because something else is drawn than in the frame before would have been.
-    fn largest_step(&self, settings: &SwitchSettings, side: f32) -> f32 {
-        let &Self {
-            skeleton,
-            clip,
-            levels,
-        } = self;
-        let frames = frames_of(skeleton, clip);
-        let points = points_of(skeleton, &frames, 0.05);
-        let switching = Switching::new(levels, settings).unwrap();
-        let travel = 5.0 / 60.0;
-        let (nearest, furthest) = (levels.reach + 0.5, switching.furthest() + 2.0 * travel);
-        let steps = ((furthest - nearest) / travel).max(0.0) as usize;
-        let mut before = switching.choose(furthest, None);
-        let mut largest = 0.0f32;
-        for step in 0..2 * steps {
-            let distance = furthest - travel * step.min(2 * steps - step) as f32;
-            let now = switching.choose(distance, Some(before.level));
-            if now != before {
-                let frame = (step as f64 / 60.0 * clip.frame_rate()) as usize % frames.len();
-                let joints = &frames[frame];
-                let camera = Camera {
-                    view: settings.view,
-                    side,
-                    distance,
-                };
-                let root = joints[0].translation;
-                let (old, new) = (drawn(levels, before, joints), drawn(levels, now, joints));
-                for (joint, points) in points.iter().enumerate() {
-                    for &point in points {
-                        let old = camera.pixel(root, old[joint].transform_point3(point));
-                        let new = camera.pixel(root, new[joint].transform_point3(point));
-                        largest = largest.max(old.distance(new));
-                    }
+/// A camera that comes from far away and goes again at 5 m/s, 60 frames a second, while the clip plays: how many pixels a point
+/// moves at most because something else is drawn than in the frame before would have been.
+fn largest_step(
+    skeleton: &Skeleton,
+    clip: &Clip,
+    levels: &Levels,
+    settings: &SwitchSettings,
+    side: f32,
+) -> f32 {
+    let frames = frames_of(skeleton, clip);
+    let points = points_of(skeleton, &frames, 0.05);
+    let switching = Switching::new(levels, settings).unwrap();
+    let travel = 5.0 / 60.0;
+    let (nearest, furthest) = (levels.reach + 0.5, switching.furthest() + 2.0 * travel);
+    let steps = ((furthest - nearest) / travel).max(0.0) as usize;
+    let mut before = switching.choose(furthest, None);
+    let mut largest = 0.0f32;
+    for step in 0..2 * steps {
+        let distance = furthest - travel * step.min(2 * steps - step) as f32;
+        let now = switching.choose(distance, Some(before.level));
+        if now != before {
+            let frame = (step as f64 / 60.0 * clip.frame_rate()) as usize % frames.len();
+            let joints = &frames[frame];
+            let camera = Camera {
+                view: settings.view,
+                side,
+                distance,
+            };
+            let root = joints[0].translation;
+            let (old, new) = (drawn(levels, before, joints), drawn(levels, now, joints));
+            for (joint, points) in points.iter().enumerate() {
+                for &point in points {
+                    let old = camera.pixel(root, old[joint].transform_point3(point));
+                    let new = camera.pixel(root, new[joint].transform_point3(point));
+                    largest = largest.max(old.distance(new));
                 }
             }
-            before = now;
         }
-        largest
+        before = now;
     }
+    largest
 }
 
 fn without_blend(settings: &SwitchSettings) -> SwitchSettings {
@@ -159,24 +151,22 @@ fn without_blend(settings: &SwitchSettings) -> SwitchSettings {
     }
 }
 
-/// The largest steps with and without blending over clips, sides and rules, pixels.
-fn steps_of(skeleton: &Skeleton, clips: &[Clip], order: Order) -> (f32, f32) {
+/// The largest steps with and without blending over clips, sides and rules.
+fn nothing_jumps(skeleton: &Skeleton, clips: &[Clip], order: Order) {
     let levels = build(skeleton, clips, order);
     let (mut with, mut without) = (0.0f32, 0.0f32);
     for clip in clips {
         for settings in rules() {
             for side in [0.0, 2.0] {
-                let case = Approach {
-                    skeleton,
-                    clip,
-                    levels: &levels,
-                };
-                with = with.max(case.largest_step(&settings, side));
-                without = without.max(case.largest_step(&without_blend(&settings), side));
+                let step = |settings| largest_step(skeleton, clip, &levels, settings, side);
+                with = with.max(step(&settings));
+                without = without.max(step(&without_blend(&settings)));
             }
         }
     }
-    (with, without)
+    println!("{order:?}: {with:.2} pixels with blending, {without:.1} without");
+    assert!(with < 1.0, "{with} pixels");
+    assert!(without > 2.0, "{without} pixels");
 }
 
 #[test]
@@ -184,10 +174,7 @@ fn nothing_jumps_in_the_embedded_motions() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
     let clips: Vec<Clip> = motions.clips.iter().step_by(4).cloned().collect();
     for order in [Order::Energy, Order::Error] {
-        let (with, without) = steps_of(&motions.skeleton, &clips, order);
-        println!("{order:?}: {with:.2} pixels with blending, {without:.1} without");
-        assert!(with < 1.0, "{with} pixels");
-        assert!(without > 2.0, "{without} pixels");
+        nothing_jumps(&motions.skeleton, &clips, order);
     }
 }
 
@@ -197,10 +184,7 @@ fn nothing_jumps_in_captures() {
     let set = captures("fight");
     let clips: Vec<Clip> = set.clips.iter().step_by(6).cloned().collect();
     for order in [Order::Energy, Order::Error] {
-        let (with, without) = steps_of(&set.skeleton, &clips, order);
-        println!("{order:?}: {with:.2} pixels with blending, {without:.1} without");
-        assert!(with < 1.0, "{with} pixels");
-        assert!(without > 2.0, "{without} pixels");
+        nothing_jumps(&set.skeleton, &clips, order);
     }
 }
 
@@ -208,13 +192,8 @@ fn nothing_jumps_in_captures() {
 fn nothing_jumps_on_random_skeletons() {
     for seed in 0..12 {
         let (skeleton, clip, levels) = random_levels(seed);
-        let case = Approach {
-            skeleton: &skeleton,
-            clip: &clip,
-            levels: &levels,
-        };
         for settings in rules() {
-            let step = case.largest_step(&settings, seed as f32);
+            let step = largest_step(&skeleton, &clip, &levels, &settings, seed as f32);
             assert!(step < 1.0, "seed {seed}: {step} pixels");
         }
     }

@@ -2,38 +2,14 @@
 
 use std::f64::consts::PI;
 
-use glam::{DQuat, DVec3};
+use crate::{ExactPlace, exact_places};
+use glam::DVec3;
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::first_frame;
-use sabaki_fixtures::lod::{order_of, random_case};
+use sabaki_fixtures::lod::{order_of, random_case, setting_of};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
 use sabaki_motion::lod::{Flexion, Level, LevelSettings, Levels, LodError, Masses};
-
-type Place = (DQuat, DVec3);
-
-/// Every joint in model space, from the definition.
-fn places(skeleton: &Skeleton, clip: &Clip, frame: usize) -> Vec<Place> {
-    let mut pose = Pose::default();
-    clip.pose(frame, &mut pose);
-    pose.fill_translations(skeleton);
-    let mut places: Vec<Place> = Vec::new();
-    for (index, joint) in skeleton.joints().iter().enumerate() {
-        let turn = pose.rotations[index].as_dquat().normalize();
-        let place = match joint.parent {
-            None => (turn, pose.root.as_dvec3()),
-            Some(parent) => {
-                let (above, at) = places[parent.index()];
-                (
-                    above * turn,
-                    at + above * pose.translations[index].as_dvec3(),
-                )
-            }
-        };
-        places.push(place);
-    }
-    places
-}
 
 /// The energies straight from the equations: every bone of every joint below, frame by frame.
 fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettings) -> Vec<f64> {
@@ -61,12 +37,13 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettin
     }
     let mut sums = vec![0.0; count];
     for frame in 1..clip.frames() {
-        let (before, now) = (
-            places(skeleton, clip, frame - 1),
-            places(skeleton, clip, frame),
-        );
+        let [before, now] = [frame - 1, frame].map(|frame| {
+            let mut pose = Pose::default();
+            clip.pose(frame, &mut pose);
+            exact_places(skeleton, &pose)
+        });
         let at = |index: usize| now[level.kept[index].index()].1;
-        let local = |places: &[Place], index: usize| {
+        let local = |places: &[ExactPlace], index: usize| {
             let own = places[level.kept[index].index()].0;
             match parent(index) {
                 Some(above) => places[level.kept[above].index()].0.inverse() * own,
@@ -141,16 +118,12 @@ fn assert_close(found: &[f32], expected: &[f64], what: &str) {
 }
 
 /// Every combination of the settings.
-fn all_settings(masses: &[f32]) -> Vec<LevelSettings> {
-    let mut all = Vec::new();
-    for flexion in [Flexion::Raised, Flexion::Literal] {
-        all.push(LevelSettings {
-            masses: Masses::Given(masses.to_vec()),
-            flexion,
-            ..LevelSettings::default()
-        });
-    }
-    all
+fn all_settings(masses: &[f32]) -> [LevelSettings; 2] {
+    [Flexion::Raised, Flexion::Literal].map(|flexion| LevelSettings {
+        masses: Masses::Given(masses.to_vec()),
+        flexion,
+        ..LevelSettings::default()
+    })
 }
 
 #[test]
@@ -293,21 +266,9 @@ fn settings_that_make_no_sense_are_errors() {
     };
     for wrong in [0.0, -1.0, f32::NAN, f32::INFINITY, 4.0] {
         let threshold = fails(&|s| s.bend_threshold = wrong, &level);
-        assert!(matches!(
-            threshold,
-            LodError::Setting {
-                setting: "bend_threshold",
-                ..
-            }
-        ));
+        assert_eq!(setting_of(threshold), "bend_threshold");
         let least = fails(&|s| s.least_angle = wrong, &level);
-        assert!(matches!(
-            least,
-            LodError::Setting {
-                setting: "least_angle",
-                ..
-            }
-        ));
+        assert_eq!(setting_of(least), "least_angle");
     }
     for wrong in [-1.0, f32::NAN, f32::INFINITY] {
         let total = fails(&|s| s.masses = Masses::ByLength(wrong), &level);

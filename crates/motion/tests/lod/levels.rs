@@ -3,13 +3,17 @@
 use glam::Vec3;
 use sabaki_fixtures::captures::each_capture;
 use sabaki_fixtures::clips::{first_frame, frames_of};
-use sabaki_fixtures::lod::{points_of, random_case};
+use sabaki_fixtures::lod::{points_of, random_case, setting_of};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton, details};
 use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Order};
 
 fn build(skeleton: &Skeleton, clip: &Clip, settings: &LevelSettings) -> Levels {
     Levels::build(skeleton, std::slice::from_ref(clip), settings).unwrap()
+}
+
+fn by(skeleton: &Skeleton, clip: &Clip, order: Order) -> Levels {
+    sabaki_fixtures::lod::build(skeleton, std::slice::from_ref(clip), order)
 }
 
 /// No finger, helper or carried thing, and none but those below it.
@@ -42,9 +46,9 @@ fn check_drawn(skeleton: &Skeleton, clip: &Clip, level: &Level) {
 }
 
 /// Errors of all levels straight from what they mean, against what the levels say.
-fn check_errors(skeleton: &Skeleton, clip: &Clip, levels: &Levels, skin: f32) {
+fn check_errors(skeleton: &Skeleton, clip: &Clip, levels: &Levels) {
     let frames = frames_of(skeleton, clip);
-    let points = points_of(skeleton, &frames, skin);
+    let points = points_of(skeleton, &frames, levels.skin);
     let all: usize = points.iter().map(Vec::len).sum();
     let mut reach = 0.0f32;
     for (index, level) in levels.levels.iter().enumerate() {
@@ -115,11 +119,7 @@ fn cases(seed: u64) -> impl Iterator<Item = (Skeleton, Clip)> {
 fn only_root_and_ends_are_left() {
     for (skeleton, clip) in cases(1000) {
         for order in [Order::Energy, Order::Error] {
-            let settings = LevelSettings {
-                order,
-                ..LevelSettings::default()
-            };
-            let levels = build(&skeleton, &clip, &settings);
+            let levels = by(&skeleton, &clip, order);
             let last = levels.levels.last().unwrap();
             let mut left = last.kept.clone();
             left.sort();
@@ -137,7 +137,7 @@ fn only_root_and_ends_are_left() {
 #[test]
 fn the_least_energy_goes_first() {
     for (skeleton, clip) in cases(2000) {
-        let levels = build(&skeleton, &clip, &LevelSettings::default());
+        let levels = by(&skeleton, &clip, Order::Energy);
         check_energy_order(&skeleton, &clip, &levels);
     }
 }
@@ -146,12 +146,8 @@ fn the_least_energy_goes_first() {
 fn errors_are_what_they_say() {
     for (skeleton, clip) in cases(3000) {
         for order in [Order::Energy, Order::Error] {
-            let settings = LevelSettings {
-                order,
-                ..LevelSettings::default()
-            };
-            let levels = build(&skeleton, &clip, &settings);
-            check_errors(&skeleton, &clip, &levels, settings.skin);
+            let levels = by(&skeleton, &clip, order);
+            check_errors(&skeleton, &clip, &levels);
             for level in &levels.levels {
                 check_drawn(&skeleton, &clip, level);
             }
@@ -208,12 +204,8 @@ fn the_least_displacement_goes_first() {
 fn captures_are_held_to_the_same() {
     for (skeleton, clip) in each_capture("walk") {
         for order in [Order::Energy, Order::Error] {
-            let settings = LevelSettings {
-                order,
-                ..LevelSettings::default()
-            };
-            let levels = build(&skeleton, &clip, &settings);
-            check_errors(&skeleton, &clip, &levels, settings.skin);
+            let levels = by(&skeleton, &clip, order);
+            check_errors(&skeleton, &clip, &levels);
             if order == Order::Energy {
                 check_energy_order(&skeleton, &clip, &levels);
             }
@@ -226,11 +218,7 @@ fn the_humanoid_of_24_joints_has_levels_0_to_18() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
     let skeleton = &motions.skeleton;
     for order in [Order::Energy, Order::Error] {
-        let settings = LevelSettings {
-            order,
-            ..LevelSettings::default()
-        };
-        let levels = Levels::build(skeleton, &motions.clips, &settings).unwrap();
+        let levels = sabaki_fixtures::lod::build(skeleton, &motions.clips, order);
         assert_eq!(levels.levels.len(), 19);
         assert_eq!(levels.levels[18].kept.len(), 6);
         assert!((1.2..2.0).contains(&levels.height), "{} m", levels.height);
@@ -277,7 +265,7 @@ fn locked_joints_and_named_ends_stay() {
         let levels = build(&skeleton, &clip, &settings);
         assert_eq!(levels.levels.len(), skeleton.len());
         assert_eq!(levels.levels.last().unwrap().kept, [JointId::ROOT]);
-        check_errors(&skeleton, &clip, &levels, settings.skin);
+        check_errors(&skeleton, &clip, &levels);
     }
 }
 
@@ -291,16 +279,12 @@ fn a_lone_joint_and_a_lone_frame_have_levels() {
         ..clip.desc().clone()
     };
     let clip_of_one = Clip::new(&lone, desc).unwrap();
-    let levels = build(&lone, &clip_of_one, &LevelSettings::default());
+    let levels = by(&lone, &clip_of_one, Order::Energy);
     assert_eq!(levels.levels.len(), 1);
 
     let still = first_frame(&skeleton, &clip);
     for order in [Order::Energy, Order::Error] {
-        let settings = LevelSettings {
-            order,
-            ..LevelSettings::default()
-        };
-        let levels = build(&skeleton, &still, &settings).levels;
+        let levels = by(&skeleton, &still, order).levels;
         assert!(levels.len() > 1);
         for level in &levels {
             assert_eq!(level.energy, 0.0);
@@ -320,13 +304,10 @@ fn what_makes_no_sense_is_an_error() {
         Err(LodError::NoClips)
     );
     let unknown = Some(LodError::UnknownJoint(500));
-    for locked in [true, false] {
-        let mut settings = LevelSettings::default();
-        if locked {
-            settings.locked = vec![JointId(500)];
-        } else {
-            settings.ends = Some(vec![JointId(500)]);
-        }
+    let [mut locked, mut ends] = [LevelSettings::default(), LevelSettings::default()];
+    locked.locked = vec![JointId(500)];
+    ends.ends = Some(vec![JointId(500)]);
+    for settings in [locked, ends] {
         assert_eq!(Levels::build(&skeleton, clips, &settings).err(), unknown);
     }
     for skin in [0.0, -1.0, f32::NAN, f32::INFINITY] {
@@ -334,14 +315,8 @@ fn what_makes_no_sense_is_an_error() {
             skin,
             ..LevelSettings::default()
         };
-        let failed = Levels::build(&skeleton, clips, &settings);
-        assert!(matches!(
-            failed,
-            Err(LodError::Setting {
-                setting: "skin",
-                ..
-            })
-        ));
+        let failed = Levels::build(&skeleton, clips, &settings).unwrap_err();
+        assert_eq!(setting_of(failed), "skin");
     }
     let (other, _) = random_case(&mut Random::new(79));
     assert_ne!(other.len(), skeleton.len());

@@ -6,10 +6,10 @@ use std::f32::consts::TAU;
 use glam::{Affine3A, Vec3};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::at_rest;
-use sabaki_fixtures::lod::random_case;
+use sabaki_fixtures::lod::{build, random_case};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
-use sabaki_motion::lod::{LevelMotion, LevelSettings, Levels, LodError, Order, affine};
+use sabaki_motion::lod::{LevelMotion, Levels, LodError, Order, affine};
 
 /// A vertex in bind space, bound to two joints.
 struct Vertex {
@@ -84,18 +84,16 @@ fn posed(motion: &sabaki_motion::lod::LevelMotion, frame: usize) -> Vec<Affine3A
     matrices
 }
 
+fn inverse_binds(skeleton: &Skeleton) -> Vec<Affine3A> {
+    let joints = at_rest(skeleton, Vec3::ZERO);
+    joints.iter().map(|joint| affine(joint).inverse()).collect()
+}
+
 /// Draws capsules at every level and holds them to the level's error.
 fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
-    let settings = LevelSettings {
-        order,
-        ..LevelSettings::default()
-    };
-    let levels = Levels::build(skeleton, std::slice::from_ref(clip), &settings).unwrap();
-    let mesh = capsules(skeleton, settings.skin);
-    let inverse_binds: Vec<Affine3A> = at_rest(skeleton, Vec3::ZERO)
-        .iter()
-        .map(|joint| affine(joint).inverse())
-        .collect();
+    let levels = build(skeleton, std::slice::from_ref(clip), order);
+    let mesh = capsules(skeleton, levels.skin);
+    let inverse_binds = inverse_binds(skeleton);
     let full = LevelMotion::new(skeleton, clip, &levels.levels[0]).unwrap();
     let mut in_full = Vec::new();
     let binds = levels.levels[0].binds(&inverse_binds).unwrap();
@@ -181,10 +179,7 @@ fn a_mesh_of_one_joint_and_binds_that_do_not_fit() {
     let levels = Levels::in_order(&skeleton, &order).unwrap();
     let root = levels.levels.last().unwrap();
     assert_eq!(root.kept, [JointId::ROOT]);
-    let inverse_binds: Vec<Affine3A> = at_rest(&skeleton, Vec3::ZERO)
-        .iter()
-        .map(|joint| affine(joint).inverse())
-        .collect();
+    let inverse_binds = inverse_binds(&skeleton);
     let mut palette = Vec::new();
     let binds = root.binds(&inverse_binds).unwrap();
     root.palette(&[Affine3A::IDENTITY], &binds, &mut palette);
