@@ -1,9 +1,9 @@
 //! Walking past an attack: what a character with a goal does before it looks for an evasion.
 //!
 //! Not part of the papers. The path of its walk is shifted sideways, ahead or back, by a quintic, and stays shifted. The shift goes on after the
-//! attack has arrived: a body that need not stop by then pushes off half as hard. A foot that stands stays where it is until it is lifted. The
-//! shortest shift with which the exact test finds the walk clean is taken, and of equal ones the narrowest miss. A character that does not walk
-//! yet, as an evasion has just ended, begins to.
+//! attack has arrived: a body that need not stop by then pushes off half as hard. A foot that stands stays where it is until it is lifted, and
+//! one that is put down is put where the body will be above it. The shortest shift with which the exact test finds the walk clean is taken, and
+//! of equal ones the narrowest miss. A character that does not walk yet, as an evasion has just ended, begins to.
 
 use std::f32::consts::TAU;
 
@@ -33,9 +33,6 @@ const EARLY: f32 = 0.05;
 /// Duration of a shift as a multiple of that time, and the share of the shift that is reached then.
 const STRETCH: f32 = 1.6;
 const REACHED: f32 = 0.7247;
-
-/// Share of the push that is allowed in the answers of queries: a shift is made while the body walks.
-const PUSH: f32 = 0.9;
 
 /// The walk towards an aim that avoids the attack of `test`; `None` if there is none. `played` is the played motion, which is hit.
 pub(super) fn walk_past(
@@ -95,10 +92,10 @@ fn shifted(
         _ => {
             let body = scratch.context.body();
             let anyway = body.push(baked, walk, contact, f32::INFINITY);
-            anyway.max(PUSH * push_off * baked.push_limit())
+            anyway.max(push_off * baked.push_limit())
         }
     };
-    let lifted = next_lifts(baked.graph(), walk);
+    let stances = next_stances(baked.graph(), walk);
     let apart = NEARER * legs_apart(baked.graph(), walk, until, &mut scratch.pose);
     for length in LENGTHS {
         let mut best: Option<TestedMotion> = None;
@@ -108,7 +105,7 @@ fn shifted(
             let mut motion = scratch.motion();
             motion.clone_from(walk);
             let by = Vec3::new(by.x, 0.0, by.y) / REACHED;
-            motion.shift_on_feet(baked.graph(), by, STRETCH * seconds, &lifted);
+            motion.shift_on_feet(baked.graph(), by, STRETCH * seconds, &stances);
             let tested = test.until_hit(motion, scratch);
             let metres = best.as_ref().map(|best| best.clearance.metres);
             let is_narrower = metres.is_none_or(|metres| tested.clearance.metres < metres);
@@ -162,9 +159,11 @@ fn legs_apart(graph: &MotionGraph, motion: &Motion, seconds: f32, pose: &mut Pos
     least
 }
 
-/// For each leg whose foot stands, or comes down too soon to step aside first, the time until it is lifted, in seconds.
-fn next_lifts(graph: &MotionGraph, walk: &Motion) -> [Option<f32>; Stance::LEGS] {
-    /// Interval of the moments that are examined, and the longest times until a foot comes down and from then until it is lifted, in seconds.
+/// For each leg the times when its foot is put down next and lifted again, in seconds; `None` if that is far. One that stands, or comes down too
+/// soon to step aside first, is put down at 0.
+fn next_stances(graph: &MotionGraph, walk: &Motion) -> [Option<[f32; 2]>; Stance::LEGS] {
+    /// Interval of the moments that are examined, the time until a foot comes down too soon, and the longest times until it comes down and
+    /// from then until it is lifted, in seconds.
     const EACH: f32 = 1.0 / 30.0;
     const SOON: f32 = 0.2;
     const LONGEST: f32 = 1.0;
@@ -175,9 +174,10 @@ fn next_lifts(graph: &MotionGraph, walk: &Motion) -> [Option<f32>; Stance::LEGS]
         };
         let mut times = (0..).map(|step| step as f32 * EACH);
         let down = times
-            .find(|&t| t > SOON || stands(t))
-            .filter(|&t| t <= SOON)?;
-        times.find(|&t| t > down + LONGEST || !stands(t))
+            .find(|&t| t > LONGEST || stands(t))
+            .filter(|&t| t <= LONGEST)?;
+        let lifted = times.find(|&t| t > down + LONGEST || !stands(t))?;
+        Some([if down > SOON { down } else { 0.0 }, lifted])
     })
 }
 
@@ -208,9 +208,9 @@ mod tests {
             let playhead = Playhead::at(graph, EdgeId(0), at, Rigid2::IDENTITY);
             let mut walk = Motion::new(graph, playhead, &[]);
             walk.extend(graph, 2.0);
-            let lifted = next_lifts(graph, &walk);
+            let stances = next_stances(graph, &walk);
             let mut shifted = walk.clone();
-            shifted.shift_on_feet(graph, by, 0.6, &lifted);
+            shifted.shift_on_feet(graph, by, 0.6, &stances);
             let [before, after] = [&walk, &shifted].map(|motion| toes(motion, 0.0));
             for (before, after) in before.iter().zip(after) {
                 assert!(before.distance(after) < 1e-3, "{before} {after}");
@@ -219,9 +219,8 @@ mod tests {
             for (before, after) in before.iter().zip(after) {
                 assert!((before + by).distance(after) < 1e-3, "{before} {after}");
             }
-            let until = |leg: usize| lifted.get(leg).copied().flatten();
-            for leg in 0..graph.feet().legs().len() {
-                let Some(until) = until(leg).filter(|&until| until > 0.1) else {
+            for (leg, stance) in stances.iter().enumerate().take(graph.feet().legs().len()) {
+                let Some([0.0, until]) = stance.filter(|stance| stance[1] > 0.1) else {
                     continue;
                 };
                 let now = until - 0.05;

@@ -263,6 +263,23 @@ impl Inertia {
         }
     }
 
+    /// Holds feet that stand where they are, and puts down the others where the root will be in the middle of their stances, as in
+    /// [`Motion::shift_on_feet`](crate::graph::Motion::shift_on_feet).
+    pub(crate) fn place_feet(&mut self, stances: &[Option<[f32; 2]>]) {
+        for (leg, stance) in stances.iter().enumerate().take(self.feet.len()) {
+            let Some([down, lifted]) = *stance else {
+                continue;
+            };
+            let middle = self.root(self.start + 0.5 * (down + lifted));
+            let foot = &mut self.feet[leg];
+            if down == 0.0 {
+                foot.hold(lifted, f32::INFINITY);
+            } else {
+                foot.step_to(middle.with_y(0.0), self.seconds, lifted);
+            }
+        }
+    }
+
     /// Lets go of the feet that are held once they are lifted. `lifted` has for each leg the time since the motion's start when that is, in seconds.
     pub(crate) fn release_feet(&mut self, lifted: &[Option<f32>]) {
         for (foot, lifted) in self.feet.iter_mut().zip(lifted) {
@@ -632,6 +649,17 @@ impl FootDecay {
                 ..self.held
             };
         }
+    }
+
+    /// Gives a foot in the air an offset that it has from `seconds` after the cut on, until it is lifted again, in seconds since the cut.
+    fn step_to(&mut self, offset: Vec3, seconds: f32, lifted: f32) {
+        self.place.value -= offset;
+        self.held = HeldFoot {
+            from: seconds,
+            until: lifted,
+            release: HeldFoot::RELEASE,
+            shift: offset,
+        };
     }
 
     /// Moves a foot that stands `age` seconds after the cut, and holds it until it is lifted, in seconds from then on. One that is taking a step is

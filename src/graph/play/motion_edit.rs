@@ -400,17 +400,18 @@ impl Motion {
         self.inertias[0].hold_feet(standing, HeldFoot::MOST);
     }
 
-    /// Moves all that follows by a distance over the ground, within `seconds` from the start. `lifted` has for each leg whose foot stands then
-    /// the time when it is lifted, in seconds: until then it stays where it was. The others step aside at once.
+    /// Moves all that follows by a distance over the ground, within `seconds` from the start. `stances` has for each leg the times when its foot
+    /// is put down next, or 0 if it stands, and lifted again, in seconds; `None` if that is far. A foot that stands stays where it was until it is
+    /// lifted. One that is put down is put where the body will be while it stands.
     pub(crate) fn shift_on_feet(
         &mut self,
         graph: &MotionGraph,
         by: Vec3,
         seconds: f32,
-        lifted: &[Option<f32>],
+        stances: &[Option<[f32; 2]>],
     ) {
         /// Duration of a step aside, in seconds.
-        const STEP: f32 = 0.45;
+        const STEP: f32 = 0.3;
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.step = (1.0 / graph.frame_rate()) as f32;
         self.extend(graph, scratch.step);
@@ -418,7 +419,7 @@ impl Motion {
         self.transform(Rigid2::new(0.0, by.x, by.z));
         self.blend_from_scratch(graph, scratch, STEP.min(seconds));
         self.inertias[0].slow_root(seconds);
-        self.inertias[0].hold_feet(lifted, by.length());
+        self.inertias[0].place_feet(stances);
     }
 
     /// Starts in the second of two poses that are `seconds` apart, with their velocity. The offset from it fades out within `blend` seconds.
