@@ -1,12 +1,12 @@
 //! Promise: in the buffer of all poses each character is where it is, on its level of detail, whoever poses it; nothing depends on
 //! threads, and a place that is used again shows its new character.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::Pose;
 use sabaki::character::{
-    CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, Goal,
+    CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings,
 };
 use sabaki::crowd::{CrowdSettings, Layout, Output};
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
@@ -15,7 +15,7 @@ use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::crowd::{joint_of, outputs};
 use sabaki_fixtures::random::Random;
 
-use super::world::{FRAME, baked, ball, characters};
+use super::world::{baked, characters, play, throw_at, walk};
 
 /// Largest error of a point within 10 cm of a joint, in metres.
 const NEAR: f64 = 4e-4;
@@ -31,21 +31,19 @@ struct Scene {
 impl Scene {
     fn shared() -> &'static Self {
         static SCENE: OnceLock<Scene> = OnceLock::new();
-        SCENE.get_or_init(Self::new)
-    }
-
-    fn new() -> Self {
-        let baked = baked();
-        let graph = baked.graph();
-        let settings = LevelSettings::default();
-        let levels = Levels::build(graph.skeleton(), graph.clips(), &settings).unwrap();
-        let settings = SwitchSettings {
-            rule: Rule::Energy { furthest: 12.0 },
-            ..SwitchSettings::default()
-        };
-        let switching = Switching::new(&levels, &settings).unwrap();
-        assert!(switching.bands().len() > 2, "{switching:?}");
-        Self { levels, switching }
+        SCENE.get_or_init(|| {
+            let baked = baked();
+            let graph = baked.graph();
+            let settings = LevelSettings::default();
+            let levels = Levels::build(graph.skeleton(), graph.clips(), &settings).unwrap();
+            let settings = SwitchSettings {
+                rule: Rule::Energy { furthest: 12.0 },
+                ..SwitchSettings::default()
+            };
+            let switching = Switching::new(&levels, &settings).unwrap();
+            assert!(switching.bands().len() > 2, "{switching:?}");
+            Self { levels, switching }
+        })
     }
 
     /// Characters everywhere on the ground: some stand, others walk, turn, or avoid balls.
@@ -113,12 +111,8 @@ fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterId> {
             (index / 12) as f32 * 3.0 - 12.0,
         );
         let id = characters.spawn(place).unwrap();
-        let velocity = Vec3::new(turn.sin(), 0.0, turn.cos()) * 1.2;
         if !index.is_multiple_of(4) {
-            let goal = Goal::Walk {
-                velocity,
-                facing: None,
-            };
+            let goal = walk(Vec3::new(turn.sin(), 0.0, turn.cos()) * 1.2);
             characters.steer(id, goal).unwrap();
         }
         id
@@ -143,25 +137,20 @@ fn each_character_is_where_it_is_whoever_poses_it() {
         for frame in 0..60 {
             if frame % 10 == 0 {
                 let id = ids[frame % ids.len()];
-                let ball = ball(&mut characters, id, &mut random);
-                characters.threaten(ball).unwrap();
+                throw_at(&mut characters, &[id], &mut random);
             }
-            characters.step(FRAME, &[], &mut Vec::new());
+            play(&mut characters, 1);
             // A camera that flies across.
             let eye = Vec3::new(frame as f32 * 0.5 - 20.0, 1.6, 0.0);
             characters.pose_all(eye, &mut out).unwrap();
             for (&id, before) in ids.iter().zip(&mut before) {
                 let by_crowd = characters.is_posed_by_crowd(id).unwrap();
                 let detail = characters.detail(id).unwrap();
-                let most = if by_crowd && detail >= 1.0 {
-                    COARSE
-                } else {
-                    NEAR
-                };
+                let is_coarse = by_crowd && detail >= 1.0;
                 if frame % 3 == 0 {
                     let worst = scene.worst((&characters, &out), id);
                     assert!(
-                        worst < most,
+                        worst < if is_coarse { COARSE } else { NEAR },
                         "{output:?}, frame {frame}: {worst} m, by the crowd: {by_crowd}"
                     );
                 }
@@ -194,7 +183,7 @@ fn a_blend_is_left_out_only_where_it_is_too_small_to_be_seen() {
         let eye = Vec3::new(0.0, 1.6, -20.0);
         let mut by_crowd = 0;
         for _ in 0..60 {
-            characters.step(FRAME, &[], &mut Vec::new());
+            play(&mut characters, 1);
             characters.pose_all(eye, &mut out).unwrap();
             for &id in &ids {
                 let place = characters.place(id).unwrap();
@@ -224,10 +213,9 @@ fn poses_do_not_depend_on_threads() {
         let ids = spawn(&mut characters, 60);
         let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
         for _ in 0..40 {
-            characters.step(FRAME, &[], &mut Vec::new());
-            characters
-                .pose_all(Vec3::new(0.0, 1.6, -14.0), &mut out)
-                .unwrap();
+            play(&mut characters, 1);
+            let eye = Vec3::new(0.0, 1.6, -14.0);
+            characters.pose_all(eye, &mut out).unwrap();
         }
         let numbers = |&id: &CharacterId| {
             let slice = characters.pose_slice(id).unwrap();
@@ -248,31 +236,28 @@ fn instances_stand_at_the_row_of_their_place() {
         layout: Layout::Instances,
         ..Output::default()
     };
-    let mut characters = scene.characters(
-        CrowdSettings {
-            output,
-            ..CrowdSettings::default()
-        },
-        1,
-    );
+    let crowd = CrowdSettings {
+        output,
+        ..CrowdSettings::default()
+    };
+    let mut characters = scene.characters(crowd, 1);
     let mut ids = spawn(&mut characters, 20);
     let mut out = vec![F32x16::ZERO; characters.max_output_len(20)];
-    characters.step(FRAME, &[], &mut Vec::new());
-    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    let mut pose = |characters: &mut Characters| {
+        play(characters, 1);
+        characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    };
+    pose(&mut characters);
     // A place that is used again.
     characters.despawn(ids[7]).unwrap();
     assert!(characters.pose_slice(ids[7]).is_err());
-    characters.step(FRAME, &[], &mut Vec::new());
-    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    pose(&mut characters);
     ids[7] = characters.spawn(Rigid2::new(0.5, 40.0, 40.0)).unwrap();
-    characters.step(FRAME, &[], &mut Vec::new());
-    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    pose(&mut characters);
     let row = 16 * output.row_len(characters.baked().graph().skeleton().len());
     for &id in &ids {
-        assert_eq!(
-            characters.pose_slice(id).unwrap().start,
-            row * id.index() as usize
-        );
+        let start = characters.pose_slice(id).unwrap().start;
+        assert_eq!(start, row * id.index() as usize);
         assert!(scene.worst((&characters, &out), id) < NEAR);
     }
 }
@@ -296,16 +281,8 @@ fn what_cannot_be_posed_is_an_error() {
     let saved = characters.save().unwrap();
     characters.load(&saved).unwrap();
     characters.pose_all(Vec3::NAN, &mut out).unwrap();
-    let mut levels = Levels::build(
-        Arc::clone(characters.baked()).graph().skeleton(),
-        Arc::clone(characters.baked()).graph().clips(),
-        &LevelSettings::default(),
-    )
-    .unwrap();
+    let mut levels = scene.levels.clone();
     levels.levels.clear();
-    assert!(
-        characters
-            .use_crowd(&levels, CrowdPoseSettings::default())
-            .is_err()
-    );
+    let none = characters.use_crowd(&levels, CrowdPoseSettings::default());
+    assert!(none.is_err());
 }

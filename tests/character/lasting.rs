@@ -4,24 +4,16 @@
 use glam::{Quat, Vec2, Vec3};
 use sabaki::anim::Pose;
 use sabaki::character::{
-    CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, Threat,
+    CharacterEvent, CharacterEventKind as Kind, CharacterId, Characters, Goal, Threat,
 };
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
 
-use super::world::{FRAME, characters, joints, play};
-
-fn walk(velocity: Vec3) -> Goal {
-    Goal::Walk {
-        velocity,
-        facing: None,
-    }
-}
+use super::world::{FRAME, count, game, joints, pelvis, play, steps, walk};
 
 /// One character at the origin that has stood for a while.
 fn one() -> (Characters, CharacterId) {
-    let mut game = characters(CharacterSettings::default());
-    let id = game.spawn(Rigid2::IDENTITY).unwrap();
+    let (mut game, [id]) = game::<1>();
     play(&mut game, 30);
     (game, id)
 }
@@ -32,26 +24,20 @@ fn place(game: &Characters, id: CharacterId) -> Vec2 {
 
 /// Hits and misses among events.
 fn outcomes(events: &[CharacterEvent]) -> [usize; 2] {
-    let count = |is: fn(CharacterEventKind) -> bool| events.iter().filter(|e| is(e.kind)).count();
     [
-        count(|kind| matches!(kind, CharacterEventKind::Hit { .. })),
-        count(|kind| matches!(kind, CharacterEventKind::MissedBy { .. })),
+        count(events, |kind| matches!(kind, Kind::Hit { .. })),
+        count(events, |kind| matches!(kind, Kind::MissedBy { .. })),
     ]
 }
 
 /// A ball through the pelvis, too fast and too near to be avoided. It is there `late` seconds from now.
 fn shot(game: &mut Characters, id: CharacterId, speed: f32, late: f64) -> Threat {
-    let middle = joints(game, id)[0].translation;
+    let middle = pelvis(game, id);
     let way = Vec3::new(1.0, 0.0, 0.3).normalize();
-    let back = 0.02 * speed;
+    let (from, time) = (middle - way * 0.02 * speed, game.now() + late - 0.02);
     Threat {
         seconds: 0.5,
-        ..Threat::ball(
-            game.now() + late - 0.02,
-            middle - way * back,
-            way * speed,
-            0.1,
-        )
+        ..Threat::ball(time, from, way * speed, 0.1)
     }
 }
 
@@ -63,12 +49,8 @@ fn what_hits_is_said_to_hit_at_any_speed_and_frame_time() {
                 let (mut game, id) = one();
                 let shot = shot(&mut game, id, speed, late);
                 game.threaten(shot).unwrap();
-                let mut events = Vec::new();
-                for _ in 0..60 {
-                    game.step(dt, &[], &mut events);
-                }
-                let found = outcomes(&events);
-                assert_eq!(found, [1, 0], "{speed} m/s, {dt} s, {late} s: {events:?}");
+                let found = outcomes(&steps(&mut game, dt, 60));
+                assert_eq!(found, [1, 0], "{speed} m/s, {dt} s, {late} s");
             }
         }
     }
@@ -77,17 +59,13 @@ fn what_hits_is_said_to_hit_at_any_speed_and_frame_time() {
 #[test]
 fn a_swing_that_ends_where_it_touches_hits() {
     let (mut game, id) = one();
-    let middle = joints(&mut game, id)[0].translation;
+    let middle = pelvis(&mut game, id);
     let swing = Threat {
         seconds: 0.1,
         ..Threat::ball(game.now(), middle - Vec3::X * 0.5, Vec3::X * 4.0, 0.05)
     };
     game.threaten(swing).unwrap();
-    let mut events = Vec::new();
-    for _ in 0..30 {
-        game.step(FRAME, &[], &mut events);
-    }
-    assert_eq!(outcomes(&events), [1, 0], "{events:?}");
+    assert_eq!(outcomes(&play(&mut game, 30)), [1, 0]);
 }
 
 #[test]
@@ -114,7 +92,7 @@ fn a_threat_that_is_left_and_met_again_is_reported_once() {
 fn a_dodge_is_played_to_its_end_although_its_threat_is_seen_with_noise() {
     let evading = [false, true].map(|is_seen_again| {
         let (mut game, id) = one();
-        let middle = joints(&mut game, id)[0].translation;
+        let middle = pelvis(&mut game, id);
         let from = Vec3::new(3.0, 0.3, 1.0);
         let ball = Threat::ball(game.now() + 0.4, middle + from, -from * 3.0, 0.1);
         let threat = game.threaten(ball.clone()).unwrap();
@@ -162,8 +140,8 @@ fn a_threat_that_stays_near_leaves_the_player_in_control() {
         let went = from.x - place(&game, id).x;
         assert!(went > 1.5, "updated: {is_seen_again}, {went} m");
         assert_eq!(outcomes(&events)[0], 0);
-        let began = |event: &&CharacterEvent| event.kind == CharacterEventKind::Began;
-        assert!(events.iter().filter(began).count() < 4, "{events:?}");
+        let began = count(&events, |kind| kind == Kind::Began);
+        assert!(began < 4, "{events:?}");
     }
 }
 
@@ -176,13 +154,9 @@ fn who_walks_towards_what_stays_plans_again() {
     };
     game.threaten(hovering).unwrap();
     game.steer(id, walk(Vec3::Z * 1.0)).unwrap();
-    let mut events = Vec::new();
-    for _ in 0..600 {
-        game.step(FRAME, &[], &mut events);
-    }
-    let planned =
-        |event: &&CharacterEvent| matches!(event.kind, CharacterEventKind::Planned { .. });
-    assert!(events.iter().filter(planned).count() > 0, "{events:?}");
+    let events = play(&mut game, 600);
+    let planned = count(&events, |kind| matches!(kind, Kind::Planned { .. }));
+    assert!(planned > 0, "{events:?}");
 }
 
 #[test]
@@ -191,7 +165,7 @@ fn a_threat_that_is_gone_holds_nobody() {
     game.steer(id, walk(Vec3::X * 1.2)).unwrap();
     play(&mut game, 90);
     // It will pass in front of who walks.
-    let at = joints(&mut game, id)[0].translation;
+    let at = pelvis(&mut game, id);
     let start = at + Vec3::new(2.0, 0.0, 3.0);
     let ball = Threat::ball(game.now(), start, Vec3::NEG_Z * 2.0, 0.3);
     let ball = game.threaten(ball).unwrap();
@@ -211,12 +185,9 @@ fn each_threat_that_cannot_be_avoided_is_reported() {
     for _ in 0..3 {
         let shot = shot(&mut game, id, 20.0, 0.05);
         let shot = game.threaten(shot).unwrap();
-        let mut events = Vec::new();
-        for _ in 0..6 {
-            game.step(FRAME, &[], &mut events);
-        }
-        let cannot = |event: &&CharacterEvent| event.kind == CharacterEventKind::Cannot;
-        assert_eq!(events.iter().filter(cannot).count(), 1, "{events:?}");
+        let events = play(&mut game, 6);
+        let cannot = count(&events, |kind| kind == Kind::Cannot);
+        assert_eq!(cannot, 1, "{events:?}");
         game.remove(shot).unwrap();
         play(&mut game, 120);
     }
@@ -348,22 +319,20 @@ fn a_game_on_a_platform_is_that_on_the_ground_as_high_as_the_platform() {
             events.clear();
             game.step(FRAME, obstacles, events);
             if frame == 200 {
-                let middle = joints(game, *id)[0].translation;
+                let middle = pelvis(game, *id);
                 let hit = Threat::ball(game.now(), middle + Vec3::Z, Vec3::NEG_Z * 9.0, 0.1);
                 game.threaten(hit).unwrap();
             }
-            assert!(joints(game, *id)[0].translation.y > up.y);
+            assert!(pelvis(game, *id).y > up.y);
         }
         let [of_low, of_high] = [&mut *low, &mut *high].map(|(game, id, ..)| joints(game, *id));
         for (low, high) in of_low.iter().zip(&of_high) {
             let apart = low.translation + Vec3::Y * HEIGHT - high.translation;
             assert!(apart.length() < 2e-2, "frame {frame}: {apart}");
         }
-        let kinds = |events: &[CharacterEvent]| -> Vec<_> {
-            events
-                .iter()
-                .map(|event| std::mem::discriminant(&event.kind))
-                .collect()
+        let kinds = |events: &[CharacterEvent]| {
+            let kinds = events.iter().map(|e| std::mem::discriminant(&e.kind));
+            kinds.collect::<Vec<_>>()
         };
         assert_eq!(kinds(&low.3), kinds(&high.3), "frame {frame}");
         planned += low.3.len();
@@ -381,20 +350,20 @@ fn who_is_moved_goes_on_from_there_and_looks_at_threats_again() {
         assert!((by.point(before.translation) - after.translation).length() < 1e-4);
     }
     // A ball that passes beside it, seen and left alone, until a platform carries the character there.
-    let middle = joints(&mut game, id)[0].translation;
+    let middle = pelvis(&mut game, id);
     let from = middle + Vec3::new(0.9, 0.3, 8.4);
     game.threaten(Threat::ball(game.now(), from, Vec3::NEG_Z * 7.0, 0.1))
         .unwrap();
     let events = play(&mut game, 3);
-    let kept = |event: &CharacterEvent| matches!(event.kind, CharacterEventKind::Kept { .. });
-    assert!(events.iter().any(kept), "{events:?}");
+    let kept = count(&events, |kind| matches!(kind, Kind::Kept { .. }));
+    assert!(kept > 0, "{events:?}");
     let mut events = Vec::new();
     for _ in 0..18 {
         game.move_by(id, Rigid2::new(0.0, 0.05, 0.0)).unwrap();
         events.extend(play(&mut game, 1));
     }
-    let planned = |event: &CharacterEvent| matches!(event.kind, CharacterEventKind::Planned { .. });
-    assert!(events.iter().any(planned), "{events:?}");
+    let planned = count(&events, |kind| matches!(kind, Kind::Planned { .. }));
+    assert!(planned > 0, "{events:?}");
     let beyond = game.move_by(id, Rigid2::new(0.0, 1e4, 0.0));
     assert!(beyond.is_err() && game.set_height(id, f32::NAN).is_err());
 }

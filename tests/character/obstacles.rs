@@ -1,11 +1,14 @@
 //! Promise: no body enters an obstacle, whatever it does; distances are those of a naive search; what cannot be avoided is said.
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
-use sabaki::character::{CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal};
+use sabaki::character::{
+    CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, Threat,
+};
+use sabaki::math::Rigid2;
 use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_fixtures::random::Random;
 
-use super::world::{FRAME, ball, characters, joints, spawn};
+use super::world::{FRAME, characters, count, game, joints, pelvis, play, throw_at, walk};
 
 /// How deep a character's spheres are in obstacles.
 fn depth(characters: &mut Characters, id: CharacterId, obstacles: &[Obstacle]) -> f32 {
@@ -34,19 +37,16 @@ fn room() -> Vec<Obstacle> {
 #[test]
 fn nobody_enters_an_obstacle_while_steered_and_threatened() {
     let mut random = Random::new(17);
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 1);
+    let (mut game, ids) = game::<1>();
     let (mut planned, mut events) = (0, Vec::new());
     for frame in 0..60 * 40 {
         if frame % 90 == 0 {
             let heading = 1.9 * frame as f32;
             let velocity = Vec3::new(heading.sin(), 0.0, heading.cos()) * 1.4;
-            let facing = None;
-            game.steer(ids[0], Goal::Walk { velocity, facing }).unwrap();
+            game.steer(ids[0], walk(velocity)).unwrap();
         }
         if frame % 120 == 60 {
-            let threat = ball(&mut game, ids[0], &mut random);
-            game.threaten(threat).unwrap();
+            throw_at(&mut game, &[ids[0]], &mut random);
         }
         let mut obstacles = room();
         let angle = 0.4 * game.now() as f32;
@@ -63,16 +63,16 @@ fn nobody_enters_an_obstacle_while_steered_and_threatened() {
             let deep = depth(&mut game, ids[0], &obstacles);
             assert!(deep < 1e-4, "frame {frame}: {deep} m");
         }
-        let plans = |kind: CharacterEventKind| matches!(kind, CharacterEventKind::Planned { .. });
-        planned += events.iter().filter(|event| plans(event.kind)).count();
+        planned += count(&events, |kind| {
+            matches!(kind, CharacterEventKind::Planned { .. })
+        });
     }
     assert!(planned > 4, "{planned}");
 }
 
 #[test]
 fn a_point_behind_a_box_is_reached() {
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 1);
+    let (mut game, ids) = game::<1>();
     let obstacles =
         [Obstacle::block(Vec3::new(0.1, 1.0, 2.0), Vec3::new(0.8, 1.0, 0.3), 0.0).unwrap()];
     let (point, speed) = (Vec3::Z * 5.0, 1.2);
@@ -88,26 +88,24 @@ fn a_point_behind_a_box_is_reached() {
 
 #[test]
 fn who_is_cornered_says_so() {
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 1);
+    let (mut game, ids) = game::<1>();
     let mut events = Vec::new();
     let wall = |out: Vec3, far: f32| Obstacle::half_space(out * far, -out).unwrap();
     // A cell so narrow that a ball as large as a body cannot be avoided.
-    let root = joints(&mut game, ids[0])[0].translation;
+    let root = pelvis(&mut game, ids[0]);
     let ways = [Vec3::X, -Vec3::X, Vec3::Z, -Vec3::Z];
     let cell = ways.map(|out| wall(out, root.dot(out) + 0.55));
     let from = root + Vec3::new(0.0, 3.0, 0.0);
-    let threat = sabaki::character::Threat::ball(0.6, from, -Vec3::Y * 6.0, 0.6);
+    let threat = Threat::ball(0.6, from, -Vec3::Y * 6.0, 0.6);
     game.threaten(threat).unwrap();
     for _ in 0..90 {
         game.step(FRAME, &cell, &mut events);
         assert!(depth(&mut game, ids[0], &cell) < 0.1);
     }
-    let is_cornered = |kind| matches!(kind, CharacterEventKind::Cornered { .. });
-    assert!(
-        events.iter().any(|event| is_cornered(event.kind)),
-        "{events:?}"
-    );
+    let cornered = count(&events, |kind| {
+        matches!(kind, CharacterEventKind::Cornered { .. })
+    });
+    assert!(cornered > 0, "{events:?}");
 }
 
 #[test]
@@ -116,17 +114,14 @@ fn characters_avoid_each_other() {
         body_radius: 0.25,
         ..CharacterSettings::default()
     });
-    let ids: Vec<_> = [0.0, 4.0]
-        .map(|z| game.spawn(sabaki::math::Rigid2::new(0.0, 0.0, z)).unwrap())
-        .to_vec();
-    for (id, towards) in ids.iter().zip([1.0, -1.0]) {
-        let (velocity, facing) = (Vec3::Z * towards, None);
-        game.steer(*id, Goal::Walk { velocity, facing }).unwrap();
+    let ids = [0.0, 4.0].map(|z| game.spawn(Rigid2::new(0.0, 0.0, z)).unwrap());
+    for (id, towards) in ids.into_iter().zip([1.0, -1.0]) {
+        game.steer(id, walk(Vec3::Z * towards)).unwrap();
     }
     let mut least = f32::INFINITY;
     for _ in 0..300 {
-        game.step(FRAME, &[], &mut Vec::new());
-        let [a, b] = [ids[0], ids[1]].map(|id| game.place(id).unwrap().ground());
+        play(&mut game, 1);
+        let [a, b] = ids.map(|id| game.place(id).unwrap().ground());
         least = least.min(a.distance(b));
     }
     assert!((0.3..2.0).contains(&least), "{least}");
@@ -186,14 +181,9 @@ fn obstacles_without_sense_are_refused() {
 
 #[test]
 fn who_has_an_obstacle_put_on_it_is_shoved_out_at_the_speed_of_a_run_and_who_is_wedged_stays() {
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 1);
+    let (mut game, ids) = game::<1>();
     let place = |game: &Characters| game.place(ids[0]).unwrap().ground();
     let middle = place(&game);
-    let said = |events: &[sabaki::character::CharacterEvent],
-                is: fn(CharacterEventKind) -> bool| {
-        events.iter().filter(|event| is(event.kind)).count()
-    };
     let shoved = |kind| kind == CharacterEventKind::Shoved;
     let stuck = |kind| matches!(kind, CharacterEventKind::Stuck { depth } if depth > 0.1);
     // A car on the body.
@@ -207,11 +197,8 @@ fn who_has_an_obstacle_put_on_it_is_shoved_out_at_the_speed_of_a_run_and_who_is_
         assert!(went < 0.1 || frame > 30, "frame {frame}: {went} m");
     }
     assert!(depth(&mut game, ids[0], &car) < 1e-3);
-    assert_eq!(
-        [said(&events, shoved), said(&events, stuck)],
-        [1, 0],
-        "{events:?}"
-    );
+    let said = [count(&events, shoved), count(&events, stuck)];
+    assert_eq!(said, [1, 0], "{events:?}");
     // A hall of stone.
     let here = place(&game);
     let stone = [Obstacle::block(here.extend(0.0).xzy(), Vec3::splat(9.0), 0.0).unwrap()];
@@ -220,9 +207,6 @@ fn who_has_an_obstacle_put_on_it_is_shoved_out_at_the_speed_of_a_run_and_who_is_
         game.step(FRAME, &stone, &mut events);
     }
     assert!(place(&game).distance(here) < 0.3);
-    assert_eq!(
-        [said(&events, shoved), said(&events, stuck)],
-        [0, 1],
-        "{events:?}"
-    );
+    let said = [count(&events, shoved), count(&events, stuck)];
+    assert_eq!(said, [0, 1], "{events:?}");
 }

@@ -1,78 +1,53 @@
 //! Promise: a saved game continues bit-identically, in bytes and by serde; damaged bytes are refused or harmless.
 
 use glam::Vec3;
-use sabaki::character::{CharacterEventKind, CharacterSettings, Characters, CharactersState, Goal};
+use sabaki::character::{CharacterEventKind, CharacterSettings, Characters};
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::random::Random;
 use serde_json::Value;
 
-use super::world::{ball, characters, play, spawn};
+use super::world::{characters, count, game, play, play_from_saved, spawn, throw_at, walk};
+
+/// A goal is changed two frames later.
+fn delayed() -> CharacterSettings {
+    CharacterSettings {
+        delay: 2,
+        ..CharacterSettings::default()
+    }
+}
 
 /// Characters in the middle of a dodge.
 fn dodging() -> Characters {
     let mut random = Random::new(17);
-    let mut characters = characters(CharacterSettings {
-        delay: 2,
-        ..CharacterSettings::default()
-    });
-    let ids = spawn(&mut characters, 4);
+    let mut characters = characters(delayed());
+    let ids = spawn::<4>(&mut characters);
     play(&mut characters, 50);
-    for &id in &ids {
-        let threat = ball(&mut characters, id, &mut random);
-        characters.threaten(threat).unwrap();
-    }
+    throw_at(&mut characters, &ids, &mut random);
     let events = play(&mut characters, 12);
-    let planned = |kind: &CharacterEventKind| matches!(kind, CharacterEventKind::Planned { .. });
-    assert!(events.iter().any(|event| planned(&event.kind)));
+    let planned = |kind| matches!(kind, CharacterEventKind::Planned { .. });
+    assert!(count(&events, planned) > 0);
     characters
-}
-
-fn fresh() -> Characters {
-    characters(CharacterSettings {
-        delay: 2,
-        ..CharacterSettings::default()
-    })
 }
 
 #[test]
 fn what_is_saved_goes_on_to_the_same_bit() {
-    let mut game = dodging();
-    let (bytes, text) = (
-        game.save().unwrap(),
-        serde_json::to_string(&game.state()).unwrap(),
-    );
-    let events = play(&mut game, 100);
-    let end = game.save().unwrap();
-    let mut from_bytes = fresh();
-    from_bytes.load(&bytes).unwrap();
-    assert_eq!(play(&mut from_bytes, 100), events);
-    assert!(from_bytes.save().unwrap() == end);
-    let mut from_text = fresh();
-    let state: CharactersState = serde_json::from_str(&text).unwrap();
-    from_text.restore(state).unwrap();
-    assert_eq!(play(&mut from_text, 100), events);
-    assert!(from_text.save().unwrap() == end);
+    play_from_saved(&mut dodging(), delayed(), 100);
 }
 
 #[test]
 fn what_is_saved_does_not_depend_on_the_threads() {
-    let with_threads = |threads| {
+    let [mut game, mut shared] = [1, 2].map(|threads| {
         characters(CharacterSettings {
-            delay: 2,
             threads,
-            ..CharacterSettings::default()
+            ..delayed()
         })
-    };
-    let (mut game, mut shared) = (with_threads(1), with_threads(2));
-    let ids = spawn(&mut game, 8);
-    assert_eq!(spawn(&mut shared, 8), ids);
-    let mut random = Random::new(31);
+    });
+    let ids = spawn::<8>(&mut game);
+    assert_eq!(spawn(&mut shared), ids);
     for round in 0..8 {
-        for &id in &ids {
-            let threat = ball(&mut game, id, &mut random);
-            game.threaten(threat.clone()).unwrap();
-            shared.threaten(threat).unwrap();
+        for game in [&mut game, &mut shared] {
+            throw_at(game, &ids, &mut Random::new(31 + round));
         }
         assert_eq!(play(&mut game, 60), play(&mut shared, 60));
         let same = game.save().unwrap() == shared.save().unwrap();
@@ -90,7 +65,7 @@ fn seal(saved: &mut [u8]) {
 fn damaged_bytes_are_refused_and_those_with_a_checksum_are_harmless() {
     let bytes = dodging().save().unwrap();
     let mut random = Random::new(23);
-    let mut game = fresh();
+    let mut game = characters(delayed());
     let mut refused = 0;
     for _ in 0..300 {
         let mut damaged = bytes.clone();
@@ -113,7 +88,7 @@ fn damaged_bytes_are_refused_and_those_with_a_checksum_are_harmless() {
 #[test]
 fn what_is_not_a_saved_game_of_this_graph_is_refused_by_name() {
     let bytes = dodging().save().unwrap();
-    let mut game = fresh();
+    let mut game = characters(delayed());
     let mut refusal = |bytes: &[u8]| game.load(bytes).unwrap_err().to_string();
     let graph = sabaki::archive::to_bytes(embedded()).unwrap();
     assert_eq!(refusal(&graph), "the saved state is a baked graph");
@@ -143,23 +118,16 @@ fn moved(state: &mut Value, by: f64) {
 
 #[test]
 fn a_game_far_from_the_origin_is_saved() {
-    let mut game = characters(CharacterSettings::default());
+    let (mut game, []) = game::<0>();
     let id = game.spawn(Rigid2::new(0.0, 0.0, 4_999.0)).unwrap();
-    let velocity = Vec3::new(0.0, 0.0, 4.0);
-    let facing = None;
-    game.steer(id, Goal::Walk { velocity, facing }).unwrap();
+    game.steer(id, walk(Vec3::Z * 4.0)).unwrap();
     play(&mut game, 100);
     // Where it would be after an hour.
     let mut state = serde_json::to_value(game.state()).unwrap();
     moved(&mut state, 5_200.0);
-    game.restore(serde_json::from_value(state).unwrap())
-        .unwrap();
+    let state = serde_json::from_value(state).unwrap();
+    game.restore(state).unwrap();
     play(&mut game, 100);
     assert!(game.place(id).unwrap().z > 10_100.0);
-    let bytes = game.save().unwrap();
-    let mut other = characters(CharacterSettings::default());
-    other.load(&bytes).unwrap();
-    play(&mut game, 100);
-    play(&mut other, 100);
-    assert!(game.save().unwrap() == other.save().unwrap());
+    play_from_saved(&mut game, CharacterSettings::default(), 100);
 }

@@ -7,13 +7,10 @@ use sabaki::anim::Pose;
 use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal};
 use sabaki::math::Rigid2;
 
-use super::world::{FRAME, characters, play};
+use super::world::{self, FRAME, characters, game, play};
 
 fn walk(heading: f32, speed: f32) -> Goal {
-    Goal::Walk {
-        velocity: Vec3::new(heading.sin(), 0.0, heading.cos()) * speed,
-        facing: None,
-    }
+    world::walk(Vec3::new(heading.sin(), 0.0, heading.cos()) * speed)
 }
 
 #[test]
@@ -30,11 +27,8 @@ fn a_character_walks_where_it_is_told() {
         let wanted = Vec2::new(heading.sin(), heading.cos());
         let off = way.angle_to(wanted).abs().to_degrees();
         assert!(off < 15.0, "turn {turn}: {off} degrees off");
-        assert!(
-            way.length() > 0.4,
-            "turn {turn}: {} m in a second",
-            way.length()
-        );
+        let metres = way.length();
+        assert!(metres > 0.4, "turn {turn}: {metres} m in a second");
     }
 }
 
@@ -58,10 +52,8 @@ fn a_slowest_rate_above_that_of_the_clips_is_kept_in_turns() {
 
 #[test]
 fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
-    let mut characters = characters(CharacterSettings::default());
-    let ids: Vec<_> = (0..12)
-        .map(|_| characters.spawn(Rigid2::IDENTITY).unwrap())
-        .collect();
+    let (mut characters, []) = game::<0>();
+    let ids = [(); 12].map(|()| characters.spawn(Rigid2::IDENTITY).unwrap());
     for change in 0..8 {
         let wanted = |number: usize| {
             let heading = (number * 8 + change) as f32 * TAU * 0.381_966;
@@ -80,10 +72,8 @@ fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
             let way = characters.place(id).unwrap().ground() - from[number];
             let (heading, speed) = wanted(number);
             let ahead = way.dot(Vec2::new(heading.sin(), heading.cos()));
-            assert!(
-                ahead > 0.6 * 2.0 * speed,
-                "change {change}, {speed} m/s: {ahead} m"
-            );
+            let least = 0.6 * 2.0 * speed;
+            assert!(ahead > least, "change {change}, {speed} m/s: {ahead} m");
         }
         if change % 2 == 1 {
             ids.iter()
@@ -95,8 +85,7 @@ fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
 
 #[test]
 fn a_character_turns_to_a_heading() {
-    let mut characters = characters(CharacterSettings::default());
-    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    let (mut characters, [id]) = game::<1>();
     characters.steer(id, Goal::Face { heading: 2.0 }).unwrap();
     play(&mut characters, 180);
     let heading = characters.place(id).unwrap().heading();
@@ -105,9 +94,7 @@ fn a_character_turns_to_a_heading() {
 
 #[test]
 fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
-    let mut characters = characters(CharacterSettings::default());
-    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
-    let mut events = Vec::new();
+    let (mut characters, [id]) = game::<1>();
     let mut sizes = Vec::new();
     for frame in 0..60 * 60 {
         if frame % 240 == 0 {
@@ -118,18 +105,14 @@ fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
             };
             characters.steer(id, goal).unwrap();
         }
-        characters.step(FRAME, &[], &mut events);
+        assert_eq!(play(&mut characters, 1), []);
         let edge = characters.playhead(id).unwrap().edge;
-        assert_eq!(
-            characters.baked().graph().edge(edge).event,
-            None,
-            "frame {frame}"
-        );
+        let event = characters.baked().graph().edge(edge).event;
+        assert_eq!(event, None, "frame {frame}");
         if frame % 60 == 0 {
             sizes.push(characters.save().unwrap().len());
         }
     }
-    assert!(events.is_empty());
     let (early, late) = sizes.split_at(sizes.len() / 2);
     let most = |sizes: &[usize]| sizes.iter().copied().max().unwrap();
     assert!(most(late) < 2 * most(early), "{sizes:?}");
@@ -171,16 +154,10 @@ fn an_id_names_one_character() {
     let gone = characters.steer(first, Goal::Idle);
     assert!(matches!(gone, Err(CharacterError::NoSuchCharacter { .. })));
     assert!(characters.despawn(first).is_err() && characters.place(first).is_err());
-    assert!(
-        characters
-            .steer(second, Goal::Face { heading: f32::NAN })
-            .is_err()
-    );
-    assert!(
-        characters
-            .spawn(Rigid2::new(0.0, f32::INFINITY, 0.0))
-            .is_err()
-    );
+    let nowhere = Goal::Face { heading: f32::NAN };
+    assert!(characters.steer(second, nowhere).is_err());
+    let far = characters.spawn(Rigid2::new(0.0, f32::INFINITY, 0.0));
+    assert!(far.is_err());
 }
 
 #[test]
@@ -215,21 +192,12 @@ fn a_body_is_taken_back_from_any_pose_with_its_speed() {
     let goes = (later.root - now.root) - (now.root - before.root);
     assert!(goes.length() < 0.01, "{goes}");
     play(&mut characters, 120);
-    let way = characters.place(id).unwrap();
+    let from = characters.place(id).unwrap().ground();
     play(&mut characters, 60);
-    assert!(
-        characters
-            .place(id)
-            .unwrap()
-            .ground()
-            .distance(way.ground())
-            > 0.4
-    );
-    assert!(
-        characters
-            .resume(id, [&Pose::default(), &now], FRAME)
-            .is_err()
-    );
+    let way = characters.place(id).unwrap().ground().distance(from);
+    assert!(way > 0.4, "{way} m");
+    let of_no_joints = characters.resume(id, [&Pose::default(), &now], FRAME);
+    assert!(of_no_joints.is_err());
 }
 
 #[test]
@@ -240,12 +208,8 @@ fn the_searches_of_many_characters_are_spread_over_the_frames() {
         ..CharacterSettings::default()
     };
     let mut game = characters(settings);
-    let ids: Vec<_> = (0..COUNT)
-        .map(|index| {
-            let place = Rigid2::new(0.0, 4.0 * index as f32, 0.0);
-            game.spawn(place).unwrap()
-        })
-        .collect();
+    let place = |index: usize| Rigid2::new(0.0, 4.0 * index as f32, 0.0);
+    let ids: [_; COUNT] = std::array::from_fn(|index| game.spawn(place(index)).unwrap());
     play(&mut game, 30);
     let mut idle = characters(settings);
     idle.restore(game.state()).unwrap();

@@ -3,14 +3,16 @@
 use glam::Vec3;
 use sabaki::anim::EventKind;
 use sabaki::character::{
-    CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
-    Goal, Threat, ThreatId,
+    CharacterError, CharacterEventKind as Kind, CharacterId, CharacterSettings, Characters, Goal,
+    Threat, ThreatId,
 };
-use sabaki::math::Rigid2;
+use sabaki_fixtures::clips::most_apart;
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::random::Random;
 
-use super::world::{FRAME, baked, ball, characters, joints, play, spawn};
+use super::world::{
+    FRAME, baked, ball, characters, count, game, joints, pelvis, play, spawn, steps, throw_at, walk,
+};
 
 /// The smallest distance of a ball from a character's spheres at one moment.
 fn distance(characters: &mut Characters, id: CharacterId, threat: &Threat) -> f32 {
@@ -26,8 +28,7 @@ fn distance(characters: &mut Characters, id: CharacterId, threat: &Threat) -> f3
 #[test]
 fn what_is_said_of_a_threat_is_what_the_poses_show() {
     let mut random = Random::new(5);
-    let mut characters = characters(CharacterSettings::default());
-    let ids = spawn(&mut characters, 4);
+    let (mut characters, ids) = game::<4>();
     let (mut hits, mut misses) = (0, 0);
     for round in 0..6 {
         play(&mut characters, 60 + round);
@@ -36,11 +37,9 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
             let name = characters.threaten(threat.clone()).unwrap();
             let mut least = f32::INFINITY;
             let (mut is_hit, mut missed_by) = (false, None);
-            let mut events = Vec::new();
             // Steps so short that the moments alone tell the distance.
             for _ in 0..1000 {
-                events.clear();
-                characters.step(1.0 / 500.0, &[], &mut events);
+                let events = steps(&mut characters, 1.0 / 500.0, 1);
                 if (threat.time..threat.time + f64::from(threat.seconds))
                     .contains(&characters.now())
                 {
@@ -48,8 +47,8 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
                 }
                 for event in &events {
                     match event.kind {
-                        CharacterEventKind::Hit { threat, .. } if threat == name => is_hit = true,
-                        CharacterEventKind::MissedBy { threat, metres } if threat == name => {
+                        Kind::Hit { threat, .. } if threat == name => is_hit = true,
+                        Kind::MissedBy { threat, metres } if threat == name => {
                             missed_by = Some(metres);
                         }
                         _ => {}
@@ -75,8 +74,7 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
 #[test]
 fn a_hit_names_the_joint_and_the_point_that_is_deepest() {
     let mut random = Random::new(3);
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 4);
+    let (mut game, ids) = game::<4>();
     let mut hits = 0;
     for _ in 0..5 {
         play(&mut game, 40);
@@ -89,10 +87,8 @@ fn a_hit_names_the_joint_and_the_point_that_is_deepest() {
             game.threaten(threat).unwrap();
         }
         for _ in 0..80 {
-            let mut events = Vec::new();
-            game.step(1.0 / 240.0, &[], &mut events);
-            for event in events {
-                let CharacterEventKind::Hit {
+            for event in steps(&mut game, 1.0 / 240.0, 1) {
+                let Kind::Hit {
                     threat,
                     joint,
                     point,
@@ -125,8 +121,7 @@ fn a_hit_names_the_joint_and_the_point_that_is_deepest() {
 #[test]
 fn a_dodge_names_what_comes_first_and_its_end_is_said_once() {
     let mut random = Random::new(23);
-    let mut game = characters(CharacterSettings::default());
-    let id = spawn(&mut game, 1)[0];
+    let (mut game, [id]) = game::<1>();
     let mut planned = 0;
     for _ in 0..12 {
         play(&mut game, 60);
@@ -137,7 +132,7 @@ fn a_dodge_names_what_comes_first_and_its_end_is_said_once() {
         let mut dodges = 0;
         for event in &events {
             match event.kind {
-                CharacterEventKind::Planned {
+                Kind::Planned {
                     threat,
                     contact: told,
                     ..
@@ -146,7 +141,7 @@ fn a_dodge_names_what_comes_first_and_its_end_is_said_once() {
                     assert!((told - contact).abs() < 0.2, "{told} {contact}");
                     dodges = 1;
                 }
-                CharacterEventKind::Ended => {
+                Kind::Ended => {
                     assert_eq!(std::mem::take(&mut dodges), 1);
                     planned += 1;
                 }
@@ -162,37 +157,21 @@ fn a_dodge_names_what_comes_first_and_its_end_is_said_once() {
 fn nothing_is_said_twice_of_a_threat_however_long_a_frame_is() {
     let mut random = Random::new(31);
     for dt in [1.0 / 240.0, 1.0 / 30.0, 0.1, 0.25] {
-        let mut game = characters(CharacterSettings::default());
-        let ids = spawn(&mut game, 4);
+        let (mut game, ids) = game::<4>();
         let mut ends = std::collections::BTreeMap::new();
         for _ in 0..5 {
             for &id in &ids {
-                let threat = ball(&mut game, id, &mut random);
-                let name = game
-                    .threaten(Threat {
-                        seconds: 3.0,
-                        ..threat
-                    })
-                    .unwrap();
-                ends.insert(name, [0, 0]);
+                let mut threat = ball(&mut game, id, &mut random);
+                threat.seconds = 3.0;
+                ends.insert(game.threaten(threat).unwrap(), 0);
             }
-            let mut events = Vec::new();
-            for _ in 0..(4.0 / dt) as usize {
-                game.step(dt, &[], &mut events);
-            }
-            for event in events {
-                let (threat, kind) = match event.kind {
-                    CharacterEventKind::Hit { threat, .. } => (threat, 0),
-                    CharacterEventKind::MissedBy { threat, .. } => (threat, 1),
-                    _ => continue,
-                };
-                ends.get_mut(&threat).unwrap()[kind] += 1;
+            for event in steps(&mut game, dt, (4.0 / dt) as usize) {
+                if let Kind::Hit { threat, .. } | Kind::MissedBy { threat, .. } = event.kind {
+                    *ends.get_mut(&threat).unwrap() += 1;
+                }
             }
         }
-        assert!(
-            ends.values().all(|&[hits, misses]| hits + misses == 1),
-            "{dt}: {ends:?}"
-        );
+        assert!(ends.values().all(|&ends| ends == 1), "{dt}: {ends:?}");
     }
 }
 
@@ -207,46 +186,36 @@ fn nothing_pops_at_any_delay() {
             ..CharacterSettings::default()
         };
         let (mut game, mut other) = (characters(settings), characters(settings));
-        let ids = spawn(&mut game, 2);
+        let ids = spawn::<2>(&mut game);
         let mut began = 0;
         for frame in 0..600 {
             if frame % 80 == 20 {
-                for &id in &ids {
-                    let threat = ball(&mut game, id, &mut random);
-                    game.threaten(threat).unwrap();
-                }
+                throw_at(&mut game, &ids, &mut random);
             }
             let before: Vec<_> = ids.iter().map(|&id| joints(&mut game, id)).collect();
             other.restore(game.state()).unwrap();
             other.step(MOMENT.0, &[], &mut Vec::new());
             for (&id, before) in ids.iter().zip(&before) {
                 let later = joints(&mut other, id);
-                let both = before.iter().zip(&later);
-                let apart = both.map(|(a, b)| a.translation.distance(b.translation));
-                let apart = apart.fold(0.0, f32::max);
+                let apart = most_apart(before, &later);
                 assert!(apart < MOMENT.1, "delay {delay}, frame {frame}: {apart} m");
             }
-            let mut events = Vec::new();
-            game.step(FRAME, &[], &mut events);
-            let begins = |kind: CharacterEventKind| kind == CharacterEventKind::Began;
-            began += events.iter().filter(|event| begins(event.kind)).count();
+            began += count(&play(&mut game, 1), |kind| kind == Kind::Began);
         }
         assert!(began > 3, "delay {delay}: {began}");
     }
 }
 
+const WAY: Vec3 = Vec3::new(0.3, 0.0, 1.2);
+
 /// Frames in which some characters play an evasion. They walk until they are threatened, stop, and have `goal` once they have planned.
 fn frames_of_evasions(goal: Goal) -> usize {
     let mut random = Random::new(19);
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 12);
-    let walk = Goal::Walk {
-        velocity: Vec3::new(0.3, 0.0, 1.2),
-        facing: None,
-    };
-    let (mut events, mut evading) = (Vec::new(), 0);
+    let (mut game, ids) = game::<12>();
+    let mut evading = 0;
     for _ in 0..4 {
-        ids.iter().for_each(|&id| game.steer(id, walk).unwrap());
+        ids.iter()
+            .for_each(|&id| game.steer(id, walk(WAY)).unwrap());
         play(&mut game, 120);
         let mut last = game.now();
         for &id in &ids {
@@ -259,8 +228,7 @@ fn frames_of_evasions(goal: Goal) -> usize {
         ids.iter().for_each(|&id| game.steer(id, goal).unwrap());
         let frames = ((last + 1.0 - game.now()) / f64::from(FRAME)) as usize;
         for _ in 0..frames {
-            events.clear();
-            game.step(FRAME, &[], &mut events);
+            play(&mut game, 1);
             for &id in &ids {
                 let graph = game.baked().graph();
                 let event = graph.edge(game.playhead(id).unwrap().edge).event;
@@ -274,11 +242,7 @@ fn frames_of_evasions(goal: Goal) -> usize {
 
 #[test]
 fn who_walks_on_leaves_an_evasion_when_its_threat_has_passed() {
-    let walk = Goal::Walk {
-        velocity: Vec3::new(0.3, 0.0, 1.2),
-        facing: None,
-    };
-    let [walks, stands] = [walk, Goal::Idle].map(frames_of_evasions);
+    let [walks, stands] = [walk(WAY), Goal::Idle].map(frames_of_evasions);
     println!("{walks} {stands}");
     assert!(9 * walks < 8 * stands && walks > 100, "{walks} of {stands}");
 }
@@ -295,35 +259,30 @@ fn those_that_are_reached_first_plan_first() {
     };
     for settings in [one_at_a_time, no_time_for_two] {
         let mut characters = characters(settings);
-        let ids = spawn(&mut characters, 3);
+        let ids = spawn::<3>(&mut characters);
         play(&mut characters, 5);
         for (index, &id) in ids.iter().enumerate() {
             throw(&mut characters, id, 1.2 - 0.2 * index as f32);
         }
-        let events = play(&mut characters, 20);
-        let order: Vec<_> = events
-            .iter()
-            .filter(|event| looks(&event.kind))
-            .map(|event| event.character)
-            .collect();
+        let mut events = play(&mut characters, 20);
+        events.retain(|event| looks(event.kind));
+        let order: Vec<_> = events.iter().map(|event| event.character).collect();
         // Later a plan may change.
         assert_eq!(order[..3], [ids[2], ids[1], ids[0]]);
     }
 }
 
 /// Whether an event is the first of a plan.
-fn looks(kind: &CharacterEventKind) -> bool {
+fn looks(kind: Kind) -> bool {
     matches!(
         kind,
-        CharacterEventKind::Planned { .. }
-            | CharacterEventKind::Kept { .. }
-            | CharacterEventKind::Cannot
+        Kind::Planned { .. } | Kind::Kept { .. } | Kind::Cannot
     )
 }
 
 /// Throws a ball at a character, which reaches it after so many seconds.
 fn throw(characters: &mut Characters, target: CharacterId, seconds: f32) {
-    let middle = joints(characters, target)[0].translation;
+    let middle = pelvis(characters, target);
     let velocity = Vec3::new(0.0, 0.0, -8.0);
     let from = middle - velocity * seconds;
     let threat = Threat::ball(characters.now(), from, velocity, 0.1);
@@ -340,15 +299,15 @@ fn plans_for_which_there_is_no_time_are_made_later() {
             threads,
             ..CharacterSettings::default()
         });
-        let ids = spawn(&mut characters, 4);
+        let ids = spawn::<4>(&mut characters);
         play(&mut characters, 20);
         for &id in &ids {
             throw(&mut characters, id, 1.2);
         }
         let events = play(&mut characters, 60);
         for id in ids {
-            let looks = |event: &CharacterEvent| event.character == id && looks(&event.kind);
-            assert!(events.iter().any(looks), "{id:?}");
+            let mut own = events.iter().filter(|event| event.character == id);
+            assert!(own.any(|event| looks(event.kind)), "{id:?}");
         }
     }
 }
@@ -361,21 +320,14 @@ fn answers_within(plan_work: u32, threads: usize) -> ([usize; 2], Vec<u8>) {
         threads,
         ..CharacterSettings::default()
     });
-    let ids = spawn(&mut game, 6);
+    let ids = spawn::<6>(&mut game);
     let mut answers = [0, 0];
     for _ in 0..6 {
         play(&mut game, 60);
-        for &id in &ids {
-            let threat = ball(&mut game, id, &mut random);
-            game.threaten(threat).unwrap();
-        }
-        for event in play(&mut game, 100) {
-            match event.kind {
-                CharacterEventKind::Planned { .. } => answers[0] += 1,
-                CharacterEventKind::Cannot => answers[1] += 1,
-                _ => {}
-            }
-        }
+        throw_at(&mut game, &ids, &mut random);
+        let events = play(&mut game, 100);
+        answers[0] += count(&events, |kind| matches!(kind, Kind::Planned { .. }));
+        answers[1] += count(&events, |kind| kind == Kind::Cannot);
     }
     (answers, game.save().unwrap())
 }
@@ -393,10 +345,9 @@ fn plans_of_little_work_go_on_in_the_next_step_and_do_not_depend_on_the_threads(
 
 /// A character with a ball of a radius that stays in its chest for so many seconds.
 fn with_a_ball_in_the_chest(radius: f32, seconds: f32) -> (Characters, CharacterId, ThreatId) {
-    let mut game = characters(CharacterSettings::default());
-    let id = spawn(&mut game, 1)[0];
+    let (mut game, [id]) = game::<1>();
     play(&mut game, 20);
-    let chest = joints(&mut game, id)[0].translation + Vec3::Y * 0.3;
+    let chest = pelvis(&mut game, id) + Vec3::Y * 0.3;
     let mut stays = Threat::ball(game.now(), chest, Vec3::ZERO, radius);
     stays.seconds = seconds;
     let stays = game.threaten(stays).unwrap();
@@ -409,15 +360,11 @@ fn what_cannot_be_avoided_does_not_keep_others_from_being_avoided() {
     let mut random = Random::new(3);
     let (mut missed, mut hits) = (0, 0);
     for _ in 0..20 {
-        let thrown = ball(&mut game, id, &mut random);
-        game.threaten(thrown).unwrap();
-        for event in play(&mut game, 90) {
-            match event.kind {
-                CharacterEventKind::MissedBy { .. } => missed += 1,
-                CharacterEventKind::Hit { threat, .. } if threat != stays => hits += 1,
-                _ => {}
-            }
-        }
+        throw_at(&mut game, &[id], &mut random);
+        let events = play(&mut game, 90);
+        missed += count(&events, |kind| matches!(kind, Kind::MissedBy { .. }));
+        let other = |kind| matches!(kind, Kind::Hit { threat, .. } if threat != stays);
+        hits += count(&events, other);
     }
     assert!(missed >= 16 && hits <= 4, "{missed} {hits}");
 }
@@ -444,17 +391,12 @@ fn the_same_threat_is_tried_again_after_ever_longer_pauses() {
 
 #[test]
 fn of_a_threat_that_is_watched_it_is_said_once_that_it_is_avoided() {
-    let mut characters = characters(CharacterSettings::default());
-    let ids = spawn(&mut characters, 1);
+    let (mut characters, ids) = game::<1>();
     play(&mut characters, 20);
-    let middle = joints(&mut characters, ids[0])[0].translation;
+    let middle = pelvis(&mut characters, ids[0]);
     let velocity = Vec3::new(0.0, 0.0, -6.0);
-    let beside = Threat::ball(
-        characters.now(),
-        middle - velocity * 1.2 + Vec3::X * 0.9,
-        velocity,
-        0.1,
-    );
+    let from = middle - velocity * 1.2 + Vec3::X * 0.9;
+    let beside = Threat::ball(characters.now(), from, velocity, 0.1);
     let threat = characters.threaten(beside.clone()).unwrap();
     let mut events = Vec::new();
     for frame in 0..70 {
@@ -463,8 +405,8 @@ fn of_a_threat_that_is_watched_it_is_said_once_that_it_is_avoided() {
         characters.update(threat, seen).unwrap();
         events.extend(play(&mut characters, 1));
     }
-    let kept = |event: &&CharacterEvent| matches!(event.kind, CharacterEventKind::Kept { .. });
-    assert_eq!(events.iter().filter(kept).count(), 1, "{events:?}");
+    let kept = count(&events, |kind| matches!(kind, Kind::Kept { .. }));
+    assert_eq!(kept, 1, "{events:?}");
 }
 
 #[test]
@@ -496,11 +438,8 @@ fn settings_that_no_step_could_use_are_refused_by_name() {
     for (spoil, words) in bad {
         let mut settings = CharacterSettings::default();
         spoil(&mut settings);
-        let said = Characters::new(baked(), settings)
-            .err()
-            .unwrap()
-            .to_string();
-        assert!(said.contains(words), "{said}");
+        let refused = Characters::new(baked(), settings).err().unwrap();
+        assert!(refused.to_string().contains(words), "{refused}");
     }
     let mut characters = characters(CharacterSettings::default());
     let delay = CharacterSettings::MOST_DELAY;
@@ -510,8 +449,7 @@ fn settings_that_no_step_could_use_are_refused_by_name() {
 
 #[test]
 fn threats_that_no_attack_could_hold_are_refused_by_name() {
-    let mut characters = characters(CharacterSettings::default());
-    let ids = spawn(&mut characters, 2);
+    let (mut characters, ids) = game::<2>();
     let good = Threat::ball(0.0, Vec3::Y, Vec3::X, 0.1);
     let with = |change: &dyn Fn(&mut Threat)| {
         let mut threat = good.clone();
@@ -553,28 +491,20 @@ fn threats_that_no_attack_could_hold_are_refused_by_name() {
 /// A body that leaves long before the ball comes is missed by the distance in the moment in which the ball passes.
 #[test]
 fn what_passes_far_away_is_measured() {
-    let mut characters = characters(CharacterSettings::default());
-    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    let (mut characters, [id]) = game::<1>();
     play(&mut characters, 10);
-    let middle = joints(&mut characters, id)[0].translation;
+    let middle = pelvis(&mut characters, id);
     let velocity = Vec3::new(0.0, 0.0, -6.0);
-    let threat = Threat {
-        seconds: 3.0,
-        ..Threat::ball(
-            characters.now(),
-            middle - velocity + 1.3 * Vec3::X,
-            velocity,
-            0.1,
-        )
-    };
+    let from = middle - velocity + 1.3 * Vec3::X;
+    let mut threat = Threat::ball(characters.now(), from, velocity, 0.1);
+    threat.seconds = 3.0;
     let name = characters.threaten(threat.clone()).unwrap();
     let (mut least, mut missed_by) = (f32::INFINITY, None);
     for _ in 0..240 {
-        let mut events = Vec::new();
-        characters.step(FRAME, &[], &mut events);
+        let events = play(&mut characters, 1);
         least = least.min(distance(&mut characters, id, &threat));
         for event in events {
-            if let CharacterEventKind::MissedBy { threat, metres } = event.kind {
+            if let Kind::MissedBy { threat, metres } = event.kind {
                 assert_eq!(threat, name);
                 missed_by = Some(metres);
             }
@@ -589,9 +519,8 @@ fn what_passes_far_away_is_measured() {
 
 #[test]
 fn threats_are_changed_and_removed_by_their_ids() {
-    let mut characters = characters(CharacterSettings::default());
-    let ids = spawn(&mut characters, 1);
-    let middle = joints(&mut characters, ids[0])[0].translation;
+    let (mut characters, ids) = game::<1>();
+    let middle = pelvis(&mut characters, ids[0]);
     let velocity = Vec3::new(0.0, 0.0, -6.0);
     let threat = Threat::ball(0.5, middle - velocity, velocity, 0.1);
     let first = characters.threaten(threat.clone()).unwrap();
@@ -623,18 +552,14 @@ fn threats_are_changed_and_removed_by_their_ids() {
 fn steps_under_fire_hardly_allocate_once_warm() {
     const FRAMES: usize = 240;
     let mut random = Random::new(3);
-    let mut characters = characters(CharacterSettings::default());
-    let ids = spawn(&mut characters, 8);
+    let (mut characters, ids) = game::<8>();
     let mut events = Vec::new();
     let mut made = Vec::new();
     for _ in 0..4 {
         let mut sum = 0;
         for frame in 0..FRAMES {
             if frame % 80 == 0 {
-                for &id in &ids {
-                    let threat = ball(&mut characters, id, &mut random);
-                    characters.threaten(threat).unwrap();
-                }
+                throw_at(&mut characters, &ids, &mut random);
                 events.clear();
                 events.reserve(1000);
             }
@@ -652,31 +577,22 @@ fn steps_under_fire_hardly_allocate_once_warm() {
 /// The way of some walkers to their goal within 20 s, in metres, and the balls that hit them. `pause`: frames from one ball to the next for each.
 fn way_under_fire(pause: usize) -> (f32, usize) {
     let mut random = Random::new(23);
-    let mut game = characters(CharacterSettings::default());
-    let ids = spawn(&mut game, 6);
-    let walk = Goal::Walk {
-        velocity: Vec3::Z * 1.2,
-        facing: None,
-    };
-    ids.iter().for_each(|&id| game.steer(id, walk).unwrap());
-    let way = |game: &mut Characters| -> f32 {
-        ids.iter()
-            .map(|&id| joints(game, id)[0].translation.z)
-            .sum()
-    };
+    let (mut game, ids) = game::<6>();
+    let goal = walk(Vec3::Z * 1.2);
+    ids.iter().for_each(|&id| game.steer(id, goal).unwrap());
+    let way = |game: &mut Characters| -> f32 { ids.iter().map(|&id| pelvis(game, id).z).sum() };
     let start = way(&mut game);
     let mut events = Vec::new();
     for frame in 1..1200 {
         for (index, &id) in ids.iter().enumerate() {
             if (frame + 7 * index) % pause == 0 {
-                let threat = ball(&mut game, id, &mut random);
-                game.threaten(threat).unwrap();
+                throw_at(&mut game, &[id], &mut random);
             }
         }
         game.step(FRAME, &[], &mut events);
     }
-    let is_hit = |event: &&CharacterEvent| matches!(event.kind, CharacterEventKind::Hit { .. });
-    (way(&mut game) - start, events.iter().filter(is_hit).count())
+    let hits = count(&events, |kind| matches!(kind, Kind::Hit { .. }));
+    (way(&mut game) - start, hits)
 }
 
 #[test]
