@@ -76,57 +76,38 @@ fn limits() -> BTreeMap<&'static str, f64> {
 
 #[test]
 fn the_limits_are_those_of_the_code() {
-    let code = [
-        ("Skeleton::MAX_JOINTS", Skeleton::MAX_JOINTS as f64),
-        ("Skeleton::FURTHEST", f64::from(Skeleton::FURTHEST)),
-        ("LARGEST_FILE", LARGEST_FILE as f64),
-        ("LONGEST_CLIP", LONGEST_CLIP),
-        ("MOST_ENTRIES", MOST_ENTRIES as f64),
-        ("bvh::MOST_CHANNELS", bvh::MOST_CHANNELS as f64),
-        ("gltf::MOST_VERTICES", gltf::MOST_VERTICES as f64),
-        ("GraphSettings::MEMORY", GraphSettings::MEMORY as f64),
-        (
-            "GraphSettings::MOST_FOUND",
-            GraphSettings::MOST_FOUND as f64,
-        ),
-        (
-            "GraphSettings::MOST_EVENTS",
-            GraphSettings::MOST_EVENTS as f64,
-        ),
-        ("GraphSettings::LONGEST_EVENT", GraphSettings::LONGEST_EVENT),
-        (
-            "GraphSettings::MOST_TRANSITIONS",
-            GraphSettings::MOST_TRANSITIONS as f64,
-        ),
-        (
-            "PathSettings::MOST_OF_ALL",
-            PathSettings::MOST_OF_ALL as f64,
-        ),
-        (
-            "LevelSettings::MOST_JOINTS",
-            LevelSettings::MOST_JOINTS as f64,
-        ),
-        ("LevelSettings::MOST_WORK", LevelSettings::MOST_WORK as f64),
-        ("MapGrid::MAX_SIDE", f64::from(MapGrid::MAX_SIDE)),
-        ("MapGrid::MAX_SLICES", f64::from(MapGrid::MAX_SLICES)),
-        ("Attack::MOST_KEYS", Attack::MOST_KEYS as f64),
-        ("Attack::LATEST", f64::from(Attack::LATEST)),
-        ("Attack::FURTHEST", f64::from(Attack::FURTHEST)),
-        ("Attack::WIDEST", f64::from(Attack::WIDEST)),
-        (
-            "CullerDesc::MOST_FRAMES",
-            f64::from(CullerDesc::MOST_FRAMES),
-        ),
-        (
-            "CharacterSettings::MOST_DELAY",
-            f64::from(CharacterSettings::MOST_DELAY),
-        ),
-        (
-            "QuerySettings::MOST_CANDIDATES",
-            QuerySettings::MOST_CANDIDATES as f64,
-        ),
+    macro_rules! limits {
+        ($($limit:path),* $(,)?) => {
+            BTreeMap::from([$((stringify!($limit), $limit as f64)),*])
+        };
+    }
+    let code = limits![
+        Skeleton::MAX_JOINTS,
+        Skeleton::FURTHEST,
+        LARGEST_FILE,
+        LONGEST_CLIP,
+        MOST_ENTRIES,
+        bvh::MOST_CHANNELS,
+        gltf::MOST_VERTICES,
+        GraphSettings::MEMORY,
+        GraphSettings::MOST_FOUND,
+        GraphSettings::MOST_EVENTS,
+        GraphSettings::LONGEST_EVENT,
+        GraphSettings::MOST_TRANSITIONS,
+        PathSettings::MOST_OF_ALL,
+        LevelSettings::MOST_JOINTS,
+        LevelSettings::MOST_WORK,
+        MapGrid::MAX_SIDE,
+        MapGrid::MAX_SLICES,
+        Attack::MOST_KEYS,
+        Attack::LATEST,
+        Attack::FURTHEST,
+        Attack::WIDEST,
+        CullerDesc::MOST_FRAMES,
+        CharacterSettings::MOST_DELAY,
+        QuerySettings::MOST_CANDIDATES,
     ];
-    assert_eq!(limits(), code.into_iter().collect());
+    assert_eq!(limits(), code);
 }
 
 /// The cells of a table's row.
@@ -166,11 +147,8 @@ fn figures_are_those_of_the_newest_records() {
                 let name = after.split('`').next().unwrap();
                 let (date, kind) = name.split_at("2026-11-27".len());
                 let newest = names.iter().filter(|other| other.ends_with(kind)).max();
-                assert_eq!(
-                    newest.map(|newest| &newest[..date.len()]),
-                    Some(date),
-                    "{page}: {name}"
-                );
+                let newest = newest.map(|newest| &newest[..date.len()]);
+                assert_eq!(newest, Some(date), "{page}: {name}");
                 record = std::fs::read_to_string(folder.join(name)).unwrap();
                 named += 1;
             }
@@ -179,10 +157,8 @@ fn figures_are_those_of_the_newest_records() {
             if record.is_empty() || row.last().is_none_or(|cell| !is_figure(cell)) {
                 continue;
             }
-            assert!(
-                record.lines().any(|line| is_in(&cells(line), &row)),
-                "{page}: {line}"
-            );
+            let is_known = record.lines().any(|line| is_in(&cells(line), &row));
+            assert!(is_known, "{page}: {line}");
             compared += 1;
         }
     }

@@ -3,6 +3,24 @@
 // The files mirror those of `src`, and a test uses an example's memory.
 #![allow(clippy::module_inception, clippy::duplicate_mod)]
 
+/// A check of the embedded motions, and of real motion capture.
+macro_rules! on_both {
+    ($check:ident) => {
+        mod $check {
+            #[test]
+            fn of_the_embedded_motions() {
+                super::$check(sabaki_fixtures::baked::embedded());
+            }
+
+            #[test]
+            #[ignore = "needs SABAKI_MOCAP"]
+            fn of_real_motion_capture() {
+                super::$check(sabaki_fixtures::captures::fight());
+            }
+        }
+    };
+}
+
 mod archive;
 mod capi;
 mod character;

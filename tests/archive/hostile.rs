@@ -87,59 +87,57 @@ fn a_graph_that_is_none_is_refused_with_the_reason() {
     let whole = serde_json::to_value(small()).unwrap();
     let edges = whole["graph"]["edges"].as_array().unwrap();
     let evasion = whole["evasions"][0]["edge"].as_u64().unwrap() as usize;
-    let first_joint = &whole["graph"]["skeleton"]["joints"][0];
+    let joint = &whole["graph"]["skeleton"]["joints"][0];
     // The graph falls into two where no edge leads into the first node.
     let looped: Vec<Value> = edges.iter().map(|edge| looped(edge.clone())).collect();
+    let (texels, words) = ("the maps' texels", "a map's words");
+    let (no_fit, no_evasion) = ("an edge does not fit", "an evasion names an edge");
+    let other_edge = (evasion + 1) % edges.len();
     let cases = [
         ("/graph/nodes", json!([]), "no nodes"),
         ("/graph/clips", json!([]), "a node names a frame"),
         ("/graph/frame_rate", json!(1e9), "the frame rate"),
         ("/graph/frame_rate", json!(16.0), "another frame rate"),
-        ("/graph/events", json!([]), "an edge does not fit"),
-        ("/graph/edges", json!(looped), "an edge does not fit"),
+        ("/graph/events", json!([]), no_fit),
+        ("/graph/edges", json!(looped), no_fit),
         (
             "/graph/skeleton/joints",
-            json!([first_joint]),
+            json!([joint]),
             "a clip is damaged",
         ),
         ("/body/spheres", json!([]), "a body sphere"),
-        ("/atlas/regions", json!([]), "an evasion names an edge"),
-        ("/atlas/grid/texel", json!(1e-9), "the maps' texels"),
+        ("/atlas/regions", json!([]), no_evasion),
+        ("/atlas/grid/texel", json!(1e-9), texels),
         ("/retimable", json!([]), "one entry an edge"),
         ("/paths/links/0/rest", json!(u32::MAX), "leads nowhere"),
-        (
-            "/evasions/0/edge",
-            json!((evasion + 1) % edges.len()),
-            "an evasion names an edge",
-        ),
-        (
-            "/atlas/regions/0/first_slab",
-            json!(-2_000_000_000),
-            "a map's words",
-        ),
-        ("/atlas/grid/slices", json!(65), "the maps' texels"),
-        ("/atlas/grid/slices", json!(33), "a map's words"),
-        ("/atlas/grid/slice_seconds", json!(0.0), "the maps' texels"),
-        ("/atlas/regions/0/seconds", json!(-1.0), "a map's words"),
+        ("/evasions/0/edge", json!(other_edge), no_evasion),
+        ("/atlas/regions/0/first_slab", json!(-2_000_000_000), words),
+        ("/atlas/grid/slices", json!(65), texels),
+        ("/atlas/grid/slices", json!(33), words),
+        ("/atlas/grid/slice_seconds", json!(0.0), texels),
+        ("/atlas/regions/0/seconds", json!(-1.0), words),
         (
             "/atlas/regions/0/slabs/0/outer/rect/u",
             json!(16_385),
-            "a map's words",
+            words,
         ),
-        (
-            "/atlas/regions/0/slabs/0/outer/masks",
-            json!([]),
-            "a map's words",
-        ),
+        ("/atlas/regions/0/slabs/0/outer/masks", json!([]), words),
     ];
     for (place, hostile, reason) in cases {
         let mut value = whole.clone();
         *value.pointer_mut(place).unwrap() = hostile;
-        let baked: BakedGraph = serde_json::from_value(value).unwrap();
-        let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
+        let error = refused(value);
         assert!(error.starts_with("some.sabaki: not sound: "), "{error}");
         assert!(error.contains(reason), "{place}: {error}");
     }
+}
+
+fn bytes_of(value: &Value) -> Vec<u8> {
+    to_bytes(&BakedGraph::deserialize(value).unwrap()).unwrap()
+}
+
+fn refused(value: Value) -> String {
+    read(&bytes_of(&value)).unwrap_err().to_string()
 }
 
 /// The edge that leads back to where it starts.
@@ -162,23 +160,17 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     empty["evasions"] = json!([]);
     empty["strikes"] = json!([]);
     empty["atlas"]["attacks"] = json!([]);
-    let moments = whole["entries"]["entries"]["ends"]
-        .as_array()
-        .unwrap()
-        .len();
-    let lists = json!({ "ends": vec![0; moments], "entries": [] });
+    let moments = whole["entries"]["entries"]["ends"].as_array().unwrap();
+    let lists = json!({ "ends": vec![0; moments.len()], "entries": [] });
     empty["entries"]["entries"] = lists.clone();
     empty["entries"]["targets"] = json!([]);
     empty["entries"]["exits"] = json!({ "targets": [], "lists": lists });
     // Two postures, and from each only a way to itself.
     let mut parted = empty.clone();
     parted["graph"]["nodes"] = json!([{ "clip": 0, "frame": 5 }, { "clip": 0, "frame": 20 }]);
-    let align = &whole["graph"]["edges"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find_map(|edge| edge["motion"]["Transition"]["align"].as_object())
-        .unwrap();
+    let edges = whole["graph"]["edges"].as_array().unwrap().iter();
+    let mut aligned = edges.filter_map(|edge| edge["motion"]["Transition"]["align"].as_object());
+    let align = aligned.next().unwrap();
     let edge = |node: u32| {
         let motion = json!({ "Transition": { "align": align, "distance": 0.1 } });
         json!({ "from": node, "to": node, "frames": 5, "motion": motion, "event": null })
@@ -186,24 +178,18 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     parted["graph"]["edges"] = json!([edge(0), edge(1)]);
     parted["graph"]["first_edge"] = json!([0, 1, 2]);
     parted["paths"]["first"] = json!([0, 0, 0]);
-    parted["retimable"] =
-        json!([{ "faster": true, "slower": true }, { "faster": true, "slower": true }]);
+    let retimable = json!({ "faster": true, "slower": true });
+    parted["retimable"] = json!([retimable, retimable]);
     for (value, reason) in [(empty, "no nodes"), (parted.clone(), "cannot be reached")] {
-        let baked: BakedGraph = serde_json::from_value(value).unwrap();
-        let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
+        let error = refused(value);
         assert!(error.contains(reason), "{error}");
     }
     // With a way from the one to the other there is still none back.
     parted["graph"]["edges"][0]["to"] = json!(1);
-    let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
-    assert!(read(&to_bytes(&baked).unwrap()).is_err());
+    assert!(read(&bytes_of(&parted)).is_err());
     // The same with ways between them is a graph, without an evasion.
     parted["graph"]["edges"][1]["to"] = json!(0);
-    let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
-    assert!(is_accepted(
-        "a graph of two nodes",
-        &to_bytes(&baked).unwrap()
-    ));
+    assert!(is_accepted("a graph of two nodes", &bytes_of(&parted)));
     // Two paths that go on with each other, one to an evasion that is none, and one by an edge that is none.
     let link = |edge: u32, rest: u32| json!({ "edge": edge, "rest": rest });
     parted["paths"]["first"] = json!([0, 1, 2]);
@@ -214,11 +200,8 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
         [link(1, 1), link(1, 0)],
     ] {
         parted["paths"]["links"] = json!(links);
-        let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
-        let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
-        assert!(
-            error.contains("a path leads nowhere, or to itself"),
-            "{error}"
-        );
+        let error = refused(parted.clone());
+        let words = "a path leads nowhere, or to itself";
+        assert!(error.contains(words), "{error}");
     }
 }

@@ -30,25 +30,16 @@ fn output_of(command: &mut Command) -> String {
 }
 
 /// Builds the library as the header says, though not for speed: where cargo has put it.
-fn static_library() -> &'static Path {
+fn static_library() -> &'static PathBuf {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(build_library)
 }
 
 fn build_library() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(root()).args([
-        "rustc",
-        "--offline",
-        "--locked",
-        "--package=sabaki",
-        "--lib",
-        "--no-default-features",
-        "--features=capi",
-        "--crate-type=staticlib",
-        "--message-format=json",
-    ]);
-    let text = output_of(&mut cargo);
+    let line = "rustc --offline --locked --package=sabaki --lib --no-default-features --features=capi \
+                --crate-type=staticlib --message-format=json";
+    let text = output_of(cargo.current_dir(root()).args(line.split_whitespace()));
     let artifacts = text
         .lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).ok());
@@ -62,36 +53,21 @@ fn build_library() -> PathBuf {
         .expect("a static library")
 }
 
-/// Compiles a program of this folder, strictly, against the header of today, and links it with the library.
-fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathBuf {
-    program_against("src/capi", compiler, standard, source, folder)
-}
+const HEADER: &str = "src/capi";
+const PROGRAMS: &str = "tests/capi/programs";
 
-fn program_against(
-    header: &str,
-    compiler: &str,
-    standard: &str,
-    source: &str,
-    folder: &Path,
-) -> PathBuf {
-    let program = folder.join(source).with_extension("");
+/// Compiles a program, strictly, against the header of a folder, and links it with the library.
+fn program(line: &str, source: &str, header: &str, folder: &Path) -> PathBuf {
+    let (compiler, standard) = line.split_once(' ').unwrap();
+    let source = root().join(source);
+    let program = folder.join(source.file_stem().unwrap());
     let mut command = Command::new(compiler);
-    let path = match source {
-        "walk.cpp" => root().join("examples").join(source),
-        _ => root().join("tests/capi/programs").join(source),
-    };
-    command
-        .args([standard, "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"])
-        .arg(path)
-        .arg("-I")
-        .arg(root().join(header))
-        .arg("-I")
-        .arg(folder)
-        .arg(static_library())
-        .args(["-lm", "-lpthread", "-ldl"])
-        .arg("-o")
-        .arg(&program);
-    output_of(&mut command);
+    command.args([standard, "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"]);
+    command.arg("-I").arg(root().join(header));
+    command.arg("-I").arg(folder);
+    command.args([&source, static_library()]);
+    command.args(["-lm", "-lpthread", "-ldl", "-o"]);
+    output_of(command.arg(&program));
     program
 }
 
@@ -103,34 +79,37 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     let bytes = fs::read(&file).unwrap();
     fs::write(&damaged, &bytes[..bytes.len() - 1]).unwrap();
 
-    let dodge = program("cc", "-std=c99", "dodge.c", folder.path());
+    let built =
+        |line, source: &str| program(line, &format!("{PROGRAMS}/{source}"), HEADER, folder.path());
+    let dodge = built("cc -std=c99", "dodge.c");
     let said = output_of(Command::new(dodge).arg(&file));
     println!("{said}");
     assert!(said.contains("24 joints, the first is Hips"), "{said}");
     assert_eq!(said.matches("avoided 1").count(), 2, "{said}");
     assert_eq!(said.matches(" blocks").count(), 2, "{said}");
 
-    let reader = program("c++", "-std=c++11", "reader.cpp", folder.path());
+    let reader = built("c++ -std=c++11", "reader.cpp");
     let said = output_of(Command::new(reader).args([&file, &damaged]));
     assert!(said.contains("24 joints, the last is "), "{said}");
     assert!(said.contains("refused: "), "{said}");
     // One from a thread's destructor, one from a global's.
     assert_eq!(said.matches("too late").count(), 2, "{said}");
 
-    let game = program("cc", "-std=c99", "game.c", folder.path());
+    let game = built("cc -std=c99", "game.c");
     let said = output_of(Command::new(game).arg(&file));
     assert!(said.contains("walked "), "{said}");
 
     // An older header's program, with the library of today.
-    let said = ["src/capi", "tests/capi/older"].map(|header| {
-        let same = program_against(header, "cc", "-std=c99", "same.c", folder.path());
+    let said = [HEADER, "tests/capi/older"].map(|header| {
+        let source = format!("{PROGRAMS}/same.c");
+        let same = program("cc -std=c99", &source, header, folder.path());
         output_of(Command::new(same).arg(&file))
     });
     println!("{}", said[0]);
     assert_eq!(said[0], said[1]);
     assert!(!said[0].contains(" 0 hits, 0 misses"), "{}", said[0]);
 
-    let walk = program("c++", "-std=c++17", "walk.cpp", folder.path());
+    let walk = program("c++ -std=c++17", "examples/walk.cpp", HEADER, folder.path());
     let keys = folder.path().join("keys");
     fs::write(&keys, "wwwwdddd  wwwwwwaaaa  ssss wwww ").unwrap();
     let keys = fs::File::open(keys).unwrap();
@@ -144,10 +123,8 @@ fn programs_in_c_and_cpp_read_and_dodge() {
 fn cmake(folder: &Path, line: &str) -> Command {
     let mut cmake = Command::new("cmake");
     let there = format!("{}/", folder.display());
-    cmake.args(
-        line.split_whitespace()
-            .map(|word| word.replace('@', &there)),
-    );
+    let words = line.split_whitespace();
+    cmake.args(words.map(|word| word.replace('@', &there)));
     cmake
 }
 
@@ -167,9 +144,9 @@ fn cmake_installs_a_package_that_the_example_finds() {
     run("--build @package");
     run("--install @package --prefix @prefix");
     let examples = root().join("examples");
+    let examples = examples.display();
     run(&format!(
-        "-DCMAKE_PREFIX_PATH=@prefix -S {} -B @example",
-        examples.display()
+        "-DCMAKE_PREFIX_PATH=@prefix -S {examples} -B @example"
     ));
     run("--build @example");
     let file = embedded_file(folder.path());
@@ -182,16 +159,12 @@ fn cmake_installs_a_package_that_the_example_finds() {
     // The same without CMake, by what pkg-config says.
     let mut ask = Command::new("pkg-config");
     ask.args(["--cflags", "--libs", "sabaki"]);
-    ask.env(
-        "PKG_CONFIG_PATH",
-        folder.path().join("prefix/lib/pkgconfig"),
-    );
-    let flags = output_of(&mut ask);
+    let path = folder.path().join("prefix/lib/pkgconfig");
+    let flags = output_of(ask.env("PKG_CONFIG_PATH", path));
     let same = folder.path().join("same");
     let mut build = Command::new("cc");
-    build
-        .arg(root().join("tests/capi/programs/same.c"))
-        .args(flags.split_whitespace());
+    build.arg(root().join(PROGRAMS).join("same.c"));
+    build.args(flags.split_whitespace());
     output_of(build.arg("-o").arg(&same));
     assert!(output_of(Command::new(same).arg(&file)).contains("at "));
     // A version that is not installed is not found.
@@ -221,11 +194,9 @@ fn cmake_builds_for_a_target() {
         ("variable", "targets/own.json", "own"),
         ("none", "", "."),
     ];
-    let sources = root().join("src/capi");
-    let configure = format!(
-        "-S {} -DCARGO=@cargo -DSABAKI_TARGET_DIRECTORY=@out",
-        sources.display()
-    );
+    let sources = root().join(HEADER);
+    let sources = sources.display();
+    let configure = format!("-S {sources} -DCARGO=@cargo -DSABAKI_TARGET_DIRECTORY=@out");
     for (index, (from, target, of_target)) in cases.into_iter().enumerate() {
         let run = |line: &str| cmake(folder.path(), line);
         let variable = match from {
@@ -240,14 +211,11 @@ fn cmake_builds_for_a_target() {
         output_of(&mut configure);
         // What the environment says later does not move the library.
         let mut make = run(&format!("--build @build{index}"));
-        output_of(
-            make.env("FOLDER", of_target)
-                .env("CARGO_BUILD_TARGET", "later"),
-        );
+        make.env("FOLDER", of_target);
+        output_of(make.env("CARGO_BUILD_TARGET", "later"));
         let prefix = format!("prefix{index}");
-        output_of(&mut run(&format!(
-            "--install @build{index} --prefix @{prefix}"
-        )));
+        let install = format!("--install @build{index} --prefix @{prefix}");
+        output_of(&mut run(&install));
         let library = folder.path().join(prefix).join("lib/libsabaki.a");
         assert!(library.exists(), "{target}");
         let said = fs::read_to_string(folder.path().join("cargo.said")).unwrap();
@@ -289,7 +257,12 @@ fn the_table_has_every_function() {
     let lines = names.map(|name| format!("HAS({})\n", name.replacen("sabaki_", "", 1)));
     let lines: Vec<String> = lines.collect();
     fs::write(folder.path().join("functions.inc"), lines.concat()).unwrap();
-    let table = program("c++", "-std=c++11", "table.cpp", folder.path());
+    let table = program(
+        "c++ -std=c++11",
+        &format!("{PROGRAMS}/table.cpp"),
+        HEADER,
+        folder.path(),
+    );
     let said = output_of(&mut Command::new(table));
     assert_eq!(said, format!("{} functions\n", lines.len()));
 }
@@ -305,12 +278,10 @@ fn the_header_declares_what_there_is() {
         }
         let text = fs::read_to_string(file).unwrap();
         let defined = text.split("extern \"C\" fn ").skip(1);
-        defined.for_each(|text| {
-            source.push_str(&format!(
-                "{} ",
-                text.split('(').next().unwrap().to_owned() + "("
-            ))
-        });
+        for text in defined {
+            source += text.split('(').next().unwrap();
+            source += "( ";
+        }
     }
     let declared = functions(&header());
     assert!(declared.len() > 15);

@@ -4,9 +4,9 @@ use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, CullPath};
 use sabaki_fixtures::cull::{CullCase, atlas, counted, sliced};
-use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_fixtures::random::Random;
-use sabaki_fixtures::{desc, finish, shim};
+use sabaki_fixtures::shim::{self, Hidden};
+use sabaki_fixtures::{device_without, finish};
 
 #[test]
 fn moltenvk_is_known_on_every_version() {
@@ -29,12 +29,7 @@ fn moltenvk_is_known_on_every_version() {
         vk::API_VERSION_1_3,
     ] {
         shim::pretend_driver(Some(vk::DriverId::MOLTENVK));
-        let desc = HeadlessDesc {
-            api_version: version,
-            ..desc()
-        };
-        // SAFETY: the shim calls the system's loader.
-        let mut device = unsafe { Headless::with_loader(shim::entry(), &desc) }.unwrap();
+        let mut device = device_without(Hidden::default(), version);
         shim::pretend_driver(None);
         let desc = CullerDesc {
             max_candidates: 33_000,

@@ -2,14 +2,16 @@
 //! done instead.
 
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{CullerDesc, Rasterizer, RasterizerDesc, check, requirements};
-use sabaki::maps::{MapGrid, raster};
-use sabaki::query::cull::{CullPath, Overlap, cpu};
-use sabaki_fixtures::cull::{CullCase, atlas, culler, drifting, map_rect, sliced};
+use sabaki::gpu::{RasterizerDesc, check, requirements};
+use sabaki::maps::MapGrid;
+use sabaki::query::cull::Overlap;
+use sabaki_fixtures::cull::{CullCase, atlas, counted, drifting, map_rect, sliced};
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim::{self, Hidden};
 use sabaki_fixtures::{device_without, finish};
+
+use super::{destroy, each_culler};
 
 const CURRENT: u32 = vk::API_VERSION_1_3;
 const S8: vk::Format = vk::Format::S8_UINT;
@@ -37,16 +39,15 @@ fn all_agree(hidden: Hidden, api_version: u32) {
     for grid in [MapGrid::PAPER, sliced(32)] {
         let mut random = Random::new(7);
         let atlas = atlas(&mut random, grid, 12);
-        let mut stencil = culler(&mut device, &CullerDesc::new(CullPath::Stencil, &atlas));
-        let mut compute = culler(&mut device, &CullerDesc::new(CullPath::Compute, &atlas));
+        let mut cullers = each_culler(&mut device, &atlas, 1);
         for _ in 0..4 {
             let case = CullCase::any(&mut random, &atlas, 60);
             let input = case.input(&atlas);
-            let mut expected = Vec::new();
-            cpu::count(&input, &mut expected);
-            let counts = device.cull(&mut compute, &input).unwrap();
+            let expected = counted(&input);
+            let [(_, stencil), (_, compute)] = &mut cullers;
+            let counts = device.cull(compute, &input).unwrap();
             assert_eq!(counts, expected, "compute: {hidden:?}");
-            let counts = device.cull(&mut stencil, &input).unwrap();
+            let counts = device.cull(stencil, &input).unwrap();
             let precise = device.context().unwrap().features().precise_queries;
             assert_eq!(precise, !hidden.precise_queries);
             for (found, expected) in counts.iter().zip(&expected) {
@@ -57,8 +58,7 @@ fn all_agree(hidden: Hidden, api_version: u32) {
                 assert_eq!(found, expected, "stencil: {hidden:?}");
             }
         }
-        stencil.destroy(device.memory().unwrap());
-        compute.destroy(device.memory().unwrap());
+        destroy(&mut device, cullers);
     }
     maps_agree(&mut device);
     assert_eq!(device.memory().unwrap().live_blocks(), 0);
@@ -80,17 +80,7 @@ fn maps_agree(device: &mut Headless) {
     let drawings: Vec<_> = (1..30)
         .map(|frames| drifting(&mut random, rect, frames, 4))
         .collect();
-    let desc = RasterizerDesc::default();
-    let mut rasterizer = device
-        .make(|context, memory| Rasterizer::new(context, memory, &desc))
-        .unwrap();
-    let maps = device.every_frame(&mut rasterizer, &drawings).unwrap();
-    let attacks = device.any_frame(&mut rasterizer, &drawings).unwrap();
-    for (drawing, (maps, attack)) in drawings.iter().zip(maps.iter().zip(attacks)) {
-        assert_eq!(*maps, raster::every_frame(drawing));
-        assert_eq!(attack, raster::any_frame(drawing));
-    }
-    rasterizer.destroy(device.memory().unwrap());
+    super::raster::agree(device, RasterizerDesc::default().side, &drawings);
 }
 
 #[test]
@@ -138,10 +128,8 @@ fn the_report_says_what_is_done_instead() {
     let whole = report(nothing, CURRENT);
     assert_eq!(whole, *context.report());
     assert!(whole.stencil.counts_exact && whole.compute.counts_exact);
-    assert_eq!(
-        lacks(OPTIONAL, CURRENT),
-        ["S8_UINT", "occlusionQueryPrecise"]
-    );
+    let optional = ["S8_UINT", "occlusionQueryPrecise"];
+    assert_eq!(lacks(OPTIONAL, CURRENT), optional);
     let format = |formats: &'static [_]| report(without(formats), CURRENT).stencil_format;
     assert_eq!(format(&[]), Some(S8));
     assert_eq!(format(&[D24_S8]), Some(S8));
@@ -160,10 +148,8 @@ fn the_report_says_what_is_done_instead() {
     }
     assert_eq!(lacks(nothing, vk::API_VERSION_1_2), ["Vulkan 1.3"]);
     let ancient = report(nothing, vk::API_VERSION_1_0);
-    assert_eq!(
-        ancient.stencil.lacks,
-        ["Vulkan 1.1", "dynamicRendering", "extendedDynamicState"]
-    );
+    let needed = ["Vulkan 1.1", "dynamicRendering", "extendedDynamicState"];
+    assert_eq!(ancient.stencil.lacks, needed);
     assert_eq!(ancient.compute.lacks, ["Vulkan 1.1"]);
     assert!(ancient.extensions.is_empty(), "{ancient:?}");
     let known: Vec<_> = requirements().iter().map(|one| one.name).collect();

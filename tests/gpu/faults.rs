@@ -20,7 +20,7 @@ use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::random::Random;
 use shim::Fault;
 
-use super::contract::device;
+use super::shimmed_device;
 
 /// What a call that fails says, whichever call it is.
 const RESULTS: [vk::Result; 4] = [
@@ -98,25 +98,34 @@ fn use_twice<C, T>(
 
 struct Harness {
     device: RefCell<Headless>,
-    /// Said not to be coherent, so that flushes and invalidates are made.
     memory: RefCell<PlainMemory>,
     alive: BTreeMap<&'static str, i64>,
     faults: BTreeMap<&'static str, u32>,
 }
 
+/// A device, and memory that is said not to be coherent, so that flushes and invalidates are made, which can fail.
+fn device_and_memory() -> (Headless, PlainMemory) {
+    let device = shimmed_device();
+    let context = device.context().unwrap();
+    let (instance, physical) = (context.instance(), context.physical_device());
+    // SAFETY: the handles are of the headless device, which outlives the memory.
+    let mut memory = unsafe { PlainMemory::new(instance, physical, context.device()) };
+    memory.trusts_coherence = false;
+    (device, memory)
+}
+
+/// Ends a device with such memory.
+fn finish(device: Headless, memory: PlainMemory) {
+    drop(memory);
+    let mut messages = device.destroy();
+    // The price of so plain an allocator, and no fault of the components.
+    messages.retain(|one| !one.id.contains("-small-"));
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
 impl Harness {
     fn new() -> Self {
-        let device = device();
-        let context = device.context().unwrap();
-        // SAFETY: the handles are of the headless device, which outlives the memory.
-        let mut memory = unsafe {
-            PlainMemory::new(
-                context.instance(),
-                context.physical_device(),
-                context.device(),
-            )
-        };
-        memory.trusts_coherence = false;
+        let (device, memory) = device_and_memory();
         Self {
             alive: shim::live(),
             device: RefCell::new(device),
@@ -154,11 +163,7 @@ impl Harness {
     }
 
     fn finish(self) -> BTreeMap<&'static str, u32> {
-        drop(self.memory);
-        let mut messages = self.device.into_inner().destroy();
-        // The price of so plain an allocator, and no fault of the components.
-        messages.retain(|one| !one.id.contains("-small-"));
-        assert!(messages.is_empty(), "{messages:#?}");
+        finish(self.device.into_inner(), self.memory.into_inner());
         assert_eq!(shim::live(), BTreeMap::new());
         self.faults
     }
@@ -188,33 +193,8 @@ fn every_call_of_every_component_and_of_the_headless_device() {
             &owed,
         );
     }
-    rasterizer(&mut harness);
-    let mut faults = harness.finish();
-    for (call, count) in creation_of_a_device() {
-        *faults.entry(call).or_default() += count;
-    }
-
-    // Every call that the crate itself names in an error has failed here.
-    let mut named = Vec::new();
-    calls_named_in(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu"),
-        &mut named,
-    );
-    for call in &named {
-        assert!(
-            faults.contains_key(&**call),
-            "{call} was never made to fail"
-        );
-    }
-    let all: u32 = faults.values().sum();
-    println!("{all} faults of {} calls: {faults:#?}", faults.len());
-    assert!(named.len() >= 18 && all > 400, "{} {all}", named.len());
-}
-
-fn rasterizer(harness: &mut Harness) {
     let rect = map_rect(0, 0, 40, 30);
     let drawings = [drifting(&mut Random::new(5), rect, 3, 4)];
-    let owed = vec![raster::any_frame(&drawings[0])];
     harness.hold(
         |device, memory| {
             use_twice(
@@ -225,8 +205,23 @@ fn rasterizer(harness: &mut Harness) {
                 |rasterizer, memory| rasterizer.destroy(memory),
             )
         },
-        &owed,
+        &vec![raster::any_frame(&drawings[0])],
     );
+    let mut faults = harness.finish();
+    for (call, count) in creation_of_a_device() {
+        *faults.entry(call).or_default() += count;
+    }
+
+    // Every call that the crate itself names in an error has failed here.
+    let (root, mut named) = (Path::new(env!("CARGO_MANIFEST_DIR")), Vec::new());
+    calls_named_in(&root.join("src/gpu"), &mut named);
+    for call in &named {
+        let has_failed = faults.contains_key(&**call);
+        assert!(has_failed, "{call} was never made to fail");
+    }
+    let all: u32 = faults.values().sum();
+    println!("{all} faults of {} calls: {faults:#?}", faults.len());
+    assert!(named.len() >= 18 && all > 400, "{} {all}", named.len());
 }
 
 /// A device of our own that fails half made leaves nothing behind either.
@@ -235,8 +230,7 @@ fn creation_of_a_device() -> BTreeMap<&'static str, u32> {
         || {
             // SAFETY: the shim calls the system's loader.
             let device = unsafe { Headless::with_loader(shim::entry(), &desc()) }?;
-            let messages = device.destroy();
-            assert!(messages.is_empty(), "{messages:#?}");
+            assert_eq!(device.destroy(), []);
             Ok(())
         },
         |ended, fault| {
@@ -276,21 +270,11 @@ fn a_batch_that_fails_has_no_tickets() {
     let atlas = atlas(&mut Random::new(3), sliced(8), 6);
     let case = CullCase::any(&mut Random::new(4), &atlas, 20);
     let input = case.input(&atlas);
-    let mut device = device();
+    let (mut device, mut memory) = device_and_memory();
     let context = device.context().unwrap().clone();
-    // SAFETY: the handles are of the headless device, which outlives the memory.
-    let mut memory = unsafe {
-        PlainMemory::new(
-            context.instance(),
-            context.physical_device(),
-            context.device(),
-        )
-    };
-    // So that writing makes calls, which can fail.
-    memory.trusts_coherence = false;
     for path in DEVICE_PATHS {
-        let mut culler =
-            Culler::new(&context, &mut memory, &CullerDesc::new(path, &atlas)).unwrap();
+        let desc = CullerDesc::new(path, &atlas);
+        let mut culler = Culler::new(&context, &mut memory, &desc).unwrap();
         let mut batch = [0, 1].map(|slot| BatchEntry {
             slot,
             input,
@@ -331,9 +315,5 @@ fn a_batch_that_fails_has_no_tickets() {
         assert!(batch.iter().all(|entry| entry.ticket.is_none()));
         culler.destroy(&mut memory);
     }
-    drop(memory);
-    let mut messages = device.destroy();
-    // The price of so plain an allocator.
-    messages.retain(|one| !one.id.contains("-small-"));
-    assert!(messages.is_empty(), "{messages:#?}");
+    finish(device, memory);
 }

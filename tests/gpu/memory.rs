@@ -8,13 +8,20 @@ use sabaki::query::cull::{Counted, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::cull::{DEVICE_PATHS, Unmapped};
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 use sabaki_fixtures::{device, finish};
 
 /// Notes the bytes that are asked for.
 struct Counting<'a> {
     memory: &'a mut dyn Memory,
     live: BTreeMap<u64, u64>,
+}
+
+impl<'a> Counting<'a> {
+    fn new(memory: &'a mut dyn Memory) -> Self {
+        let live = BTreeMap::new();
+        Self { memory, live }
+    }
 }
 
 impl Memory for Counting<'_> {
@@ -43,24 +50,20 @@ fn memory_is_known_before_creation() {
         for desc in [plain, plain.for_settings(&settings, 200)] {
             let bytes = Culler::bytes(&context, &desc).unwrap();
             // Where the host writes the maps into the device's memory, there is no staging buffer.
-            let mut memory = Counting {
-                memory: device.memory().unwrap(),
-                live: BTreeMap::new(),
-            };
+            let mut memory = Counting::new(device.memory().unwrap());
             let culler = Culler::new(&context, &mut memory, &desc).unwrap();
             let (mapped, blocks) = (memory.live.values().sum::<u64>(), memory.live.len());
             culler.destroy(&mut memory);
-            let mut memory = Counting {
-                memory: &mut Unmapped(device.memory().unwrap()),
-                live: BTreeMap::new(),
-            };
+            let mut unmapped = Unmapped(device.memory().unwrap());
+            let mut memory = Counting::new(&mut unmapped);
             let culler = Culler::new(&context, &mut memory, &desc).unwrap();
             let taken: u64 = memory.live.values().sum();
             // Drivers round each buffer up.
             let rounded = 4096 * memory.live.len() as u64;
+            let range = bytes..=bytes + rounded;
             assert!(
-                (bytes..=bytes + rounded).contains(&taken),
-                "{path:?}: {bytes} were said, {taken} are taken"
+                range.contains(&taken),
+                "{path:?}: {bytes}, {taken} are taken"
             );
             match blocks < memory.live.len() {
                 true => assert!(mapped < bytes, "{path:?}: {mapped} of {bytes}"),
@@ -70,12 +73,7 @@ fn memory_is_known_before_creation() {
                 let one = plain.for_settings(&settings, 1);
                 let beside = Culler::bytes(&context, &one).unwrap();
                 let slots = (bytes - beside) / 199 * 200;
-                let megabytes = |bytes: u64| bytes as f64 / MEGABYTE as f64;
-                println!(
-                    "{path:?}: 200 queries take {:.1} MB, all with maps and their staging {:.1} MB",
-                    megabytes(slots),
-                    megabytes(taken)
-                );
+                println!("{path:?}: 200 queries take {slots} bytes, all with maps {taken}");
                 assert!(slots <= 64 * MEGABYTE, "{path:?}: {slots}");
             }
             culler.destroy(&mut memory);
@@ -92,7 +90,7 @@ fn queries_fit_slots_made_for_their_settings() {
     let mut device = device();
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
-    for path in [CullPath::Stencil, CullPath::Compute] {
+    for path in DEVICE_PATHS {
         let desc = CullerDesc {
             counted: Counted::FOR_A_CHOICE,
             ..CullerDesc::new(path, baked.atlas())
@@ -103,8 +101,7 @@ fn queries_fit_slots_made_for_their_settings() {
         let mut cpu = cpu::Culler::default().counting(Counted::FOR_A_CHOICE);
         let (mut context, mut refused) = (QueryContext::default(), 0);
         let mut overlaps: Vec<Overlap> = Vec::new();
-        for index in 0..100 {
-            let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+        for throw in throws(baked, 5, 100) {
             let session = query.start(throw.request(), &mut context);
             let input = session.cull_input();
             // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.

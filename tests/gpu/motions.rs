@@ -1,40 +1,25 @@
 //! Promise: on every map and every query of the embedded motions and of real motion capture, the device's stencil buffer, its
 //! compute path and the CPU agree to the texel, and validation has nothing to say.
 
-use sabaki::gpu::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
-use sabaki::query::cull::{CullPath, cpu};
+use sabaki::gpu::{Culler, CullerDesc, RasterizerDesc};
+use sabaki::maps::raster::every_frame;
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, MapGrid};
+use sabaki::query::cull::CullPath;
 use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::captures::fight;
+use sabaki_fixtures::cull::counted;
 use sabaki_fixtures::headless::Headless;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 use sabaki_fixtures::{device, finish};
 
-/// Draws what a bake asks for on the device, and holds it against the CPU's.
-fn draw(device: &mut Headless, rasterizer: &mut Rasterizer, baker: &Baker) -> DrawnMaps {
-    let drawn = DrawnMaps {
-        every_frame: device
-            .every_frame(rasterizer, baker.every_frame_drawings())
-            .unwrap(),
-        any_frame: device
-            .any_frame(rasterizer, baker.any_frame_drawings())
-            .unwrap(),
-    };
-    let expected = baker.draw_on_cpu();
-    let every = drawn.every_frame.iter().zip(&expected.every_frame);
-    for (index, (device, cpu)) in every.enumerate() {
-        assert_eq!(device, cpu, "map {index} of every frame");
-    }
-    for (index, (device, cpu)) in drawn.any_frame.iter().zip(&expected.any_frame).enumerate() {
-        assert_eq!(device, cpu, "map {index} of any frame");
-    }
-    drawn
-}
+use super::raster;
+
+on_both!(maps_and_counts_agree);
 
 /// Draws everything that a bake and many queries draw on the paper's maps, and counts everything
 /// that they count; counts the same on maps of slices.
-fn agree(device: &mut Headless, baked: &BakedGraph) {
+fn maps_and_counts_agree(baked: &BakedGraph) {
+    let mut device = device();
     let by_all_paths = |device: &mut Headless, baked: &BakedGraph| {
         counts_agree(device, baked, CullPath::Compute, Enumerate::Whole);
         counts_agree(device, baked, CullPath::Stencil, Enumerate::default())
@@ -42,33 +27,22 @@ fn agree(device: &mut Headless, baked: &BakedGraph) {
     let mut maps = MapGrid::default();
     for (slices, slice_seconds) in [(8, maps.slice_seconds), (64, 1.0 / 60.0)] {
         (maps.slices, maps.slice_seconds) = (slices, slice_seconds);
-        by_all_paths(device, &baked.with_maps(maps).unwrap());
+        by_all_paths(&mut device, &baked.with_maps(maps).unwrap());
     }
-    by_all_paths(device, baked);
+    by_all_paths(&mut device, baked);
     let settings = BakeSettings {
         maps: MapGrid::PAPER,
         ..BakeSettings::default()
     };
     let baker = Baker::new(baked.graph().clone(), settings).unwrap();
-    let desc = RasterizerDesc {
-        name: "bake",
-        ..RasterizerDesc::default()
-    };
-    let mut rasterizer = device
-        .make(|context, memory| Rasterizer::new(context, memory, &desc))
-        .unwrap();
-    let drawn = draw(device, &mut rasterizer, &baker);
+    let drawn = device.draw_maps(&baker).unwrap();
+    assert!(drawn == baker.draw_on_cpu(), "other maps than the CPU's");
     assert!(drawn.every_frame.len() >= 8 * 5 && drawn.any_frame.len() >= 8 * 5 + 10);
-    assert!(
-        drawn.any_frame.iter().all(|map| map.count() > 0),
-        "an attack that passes nowhere"
-    );
-    let attacks = by_all_paths(device, &baker.finish(drawn).unwrap());
-    let drawn = device.any_frame(&mut rasterizer, &attacks).unwrap();
-    for (drawing, map) in attacks.iter().zip(&drawn) {
-        assert_eq!(*map, raster::any_frame(drawing));
-    }
-    rasterizer.destroy(device.memory().unwrap());
+    // Each attack passes somewhere.
+    assert!(drawn.any_frame.iter().all(|map| map.count() > 0));
+    let attacks = by_all_paths(&mut device, &baker.finish(drawn).unwrap());
+    raster::agree(&mut device, RasterizerDesc::default().side, &attacks);
+    finish(device);
 }
 
 /// Counts what many queries count; returns the attacks' inner maps as drawings.
@@ -89,19 +63,14 @@ fn counts_agree(
     let mut context = QueryContext::default();
     let (mut body, mut outer, mut evasion) = (0u64, 0u64, 0u64);
     let mut attacks = Vec::new();
-    for index in 0..24 {
-        let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
+    for (index, throw) in throws(baked, 11, 24).enumerate() {
         let query = Query::new(baked, &settings);
         let mut session = query.start(throw.request(), &mut context);
         session.draw_outer_maps();
         let input = session.cull_input();
-        let mut expected = Vec::new();
-        cpu::count(&input, &mut expected);
-        assert_eq!(
-            device.cull(&mut culler, &input).unwrap(),
-            expected,
-            "{path}, attack {index}"
-        );
+        let expected = counted(&input);
+        let counts = device.cull(&mut culler, &input).unwrap();
+        assert_eq!(counts, expected, "{path}, attack {index}");
         for overlap in &expected {
             body += u64::from(overlap.body);
             outer += u64::from(overlap.outer);
@@ -138,46 +107,18 @@ fn slices_of_time_are_drawn_alike() {
         ..BakeSettings::default()
     };
     let baker = Baker::new(embedded().graph().clone(), settings).unwrap();
-    let desc = RasterizerDesc {
-        name: "slices",
-        ..RasterizerDesc::default()
-    };
-    let mut rasterizer = device
-        .make(|context, memory| Rasterizer::new(context, memory, &desc))
-        .unwrap();
     let some = |drawings: &[Drawing]| -> Vec<Drawing> {
         drawings.iter().step_by(61).take(400).cloned().collect()
     };
-    let (every, any) = (
-        some(baker.every_frame_drawings()),
-        some(baker.any_frame_drawings()),
-    );
+    let every = some(baker.every_frame_drawings());
+    let any = some(baker.any_frame_drawings());
     assert!(every.len() > 200 && any.len() > 200);
-    let drawn = device.every_frame(&mut rasterizer, &every).unwrap();
-    for (drawing, maps) in every.iter().zip(&drawn) {
-        assert_eq!(*maps, raster::every_frame(drawing));
+    let bodies = every
+        .iter()
+        .map(|drawing| every_frame(drawing).body.count());
+    assert!(bodies.filter(|&texels| texels > 0).count() > 50);
+    for drawings in [every, any] {
+        raster::agree(&mut device, RasterizerDesc::default().side, &drawings);
     }
-    assert!(drawn.iter().filter(|maps| maps.body.count() > 0).count() > 50);
-    let drawn = device.any_frame(&mut rasterizer, &any).unwrap();
-    for (drawing, map) in any.iter().zip(&drawn) {
-        assert_eq!(*map, raster::any_frame(drawing));
-    }
-    rasterizer.destroy(device.memory().unwrap());
-    finish(device);
-}
-
-#[test]
-fn on_the_embedded_motions() {
-    let mut device = device();
-    agree(&mut device, embedded());
-    finish(device);
-}
-
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn on_real_motion_capture() {
-    let baked = fight();
-    let mut device = device();
-    agree(&mut device, baked);
     finish(device);
 }

@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use sabaki_fixtures::shim::{self, Hidden};
 
-use super::contract::device;
+use super::shimmed_device;
 use sabaki::gpu::ash::{
     self,
     vk::{self, Handle},
@@ -28,29 +28,16 @@ fn a_path_runs_with_what_it_needs_alone() {
     let graphics = "a queue family with graphics";
     let compute = "a queue family with compute";
     let rendering = "dynamicRendering";
+    let (of_graphics, of_compute) = (vk::QueueFlags::GRAPHICS, vk::QueueFlags::COMPUTE);
+    let all = Features::ALL;
     let cases = [
-        (
-            vk::QueueFlags::GRAPHICS,
-            Features::ALL,
-            vec![graphics],
-            vec![],
-        ),
-        (
-            vk::QueueFlags::COMPUTE,
-            Features::ALL,
-            vec![],
-            vec![compute],
-        ),
+        (of_graphics, all, vec![graphics], vec![]),
+        (of_compute, all, vec![], vec![compute]),
         (vk::QueueFlags::empty(), none, vec![rendering], vec![]),
-        (
-            vk::QueueFlags::GRAPHICS,
-            none,
-            vec![graphics, rendering],
-            vec![],
-        ),
+        (of_graphics, none, vec![graphics, rendering], vec![]),
     ];
     for (hidden, features, stencil_lacks, compute_lacks) in cases {
-        let mut device = device();
+        let mut device = shimmed_device();
         let whole = device.context().unwrap().clone();
         shim::hide(without(hidden));
         let context = again(&whole, features).unwrap();
@@ -61,11 +48,8 @@ fn a_path_runs_with_what_it_needs_alone() {
                 CullPath::Stencil => &stencil_lacks,
                 _ => &compute_lacks,
             };
-            let made = Culler::new(
-                &context,
-                device.memory().unwrap(),
-                &CullerDesc::new(path, &atlas),
-            );
+            let desc = CullerDesc::new(path, &atlas);
+            let made = Culler::new(&context, device.memory().unwrap(), &desc);
             let mut culler = match made {
                 Ok(culler) => culler,
                 Err(GpuError::Missing(names)) => {
@@ -82,8 +66,8 @@ fn a_path_runs_with_what_it_needs_alone() {
         shim::hide(Hidden::default());
         finish(device);
     }
-    let device = device();
-    shim::hide(without(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE));
+    let device = shimmed_device();
+    shim::hide(without(of_graphics | of_compute));
     let error = again(device.context().unwrap(), Features::ALL).unwrap_err();
     shim::hide(Hidden::default());
     assert!(error.to_string().contains(graphics) && error.to_string().contains(compute));
@@ -116,7 +100,7 @@ fn again(context: &Context, features: Features) -> Result<Context, GpuError> {
 
 #[test]
 fn raw_handles_make_the_same_context() {
-    let device = device();
+    let device = shimmed_device();
     let context = device.context().unwrap();
     // SAFETY: the loader's own lookup function and the headless device's handles; the entry
     // outlives the call.

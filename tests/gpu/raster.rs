@@ -9,59 +9,53 @@ use sabaki_fixtures::random::Random;
 use sabaki_fixtures::{device, finish};
 
 /// Draws with a target of `side` texels, by both rules, on both sides.
-fn agree(device: &mut Headless, side: u32, drawings: &[Drawing]) {
+pub(super) fn agree(device: &mut Headless, side: u32, drawings: &[Drawing]) {
     let desc = RasterizerDesc {
-        name: "test",
         side,
         ..RasterizerDesc::default()
     };
-    let mut rasterizer = device
-        .make(|context, memory| Rasterizer::new(context, memory, &desc))
-        .unwrap();
+    let made = device.make(|context, memory| Rasterizer::new(context, memory, &desc));
+    let mut rasterizer = made.unwrap();
     let every = device.every_frame(&mut rasterizer, drawings).unwrap();
     let any = device.any_frame(&mut rasterizer, drawings).unwrap();
     rasterizer.destroy(device.memory().unwrap());
     for (index, drawing) in drawings.iter().enumerate() {
         let frames = drawing.frames();
-        assert_eq!(
-            every[index],
-            raster::every_frame(drawing),
-            "{index}: {frames} frames"
-        );
-        assert_eq!(
-            any[index],
-            raster::any_frame(drawing),
-            "{index}: {frames} frames"
-        );
+        let [is_every, is_any] = [
+            every[index] == raster::every_frame(drawing),
+            any[index] == raster::any_frame(drawing),
+        ];
+        assert!(is_every && is_any, "{index}: {frames} frames");
     }
+}
+
+/// Draws with a device of its own, by targets of these sizes.
+fn agree_with_targets(sides: &[u32], drawings: &[Drawing]) {
+    let mut device = device();
+    for &side in sides {
+        agree(&mut device, side, drawings);
+    }
+    finish(device);
 }
 
 #[test]
 fn random_drawings_agree() {
-    let mut device = device();
     let mut random = Random::new(1);
     let drawings: Vec<_> = (0..200)
         .map(|_| {
-            let (width, height) = (random.int(1, 90), random.int(1, 90));
-            let rect = rect(
-                random.int(-99, 99),
-                random.int(-99, 99),
-                width as u32,
-                height as u32,
-            );
+            let [width, height] = [(); 2].map(|()| random.int(1, 90) as u32);
+            let [u, v] = [(); 2].map(|()| random.int(-99, 99));
+            let rect = rect(u, v, width, height);
             let (frames, discs) = (random.int(1, 40), random.int(0, 8));
             drifting(&mut random, rect, frames as usize, discs as usize)
         })
         .collect();
     // In one target, and in many batches through a small one.
-    agree(&mut device, 2048, &drawings);
-    agree(&mut device, 96, &drawings);
-    finish(device);
+    agree_with_targets(&[2048, 96], &drawings);
 }
 
 #[test]
 fn any_number_of_frames_agrees() {
-    let mut device = device();
     let mut random = Random::new(7);
     // About 254 and 255 a stencil value runs out; further on it does so again.
     let lengths = [
@@ -77,14 +71,11 @@ fn any_number_of_frames_agrees() {
     });
     assert!(kept.count() > lengths.len() / 2, "most have both maps");
     // All at once, which mixes their lengths in one target, and each alone.
-    agree(&mut device, 256, &drawings);
-    agree(&mut device, 40, &drawings);
-    finish(device);
+    agree_with_targets(&[256, 40], &drawings);
 }
 
 #[test]
 fn the_odd_cases_agree() {
-    let mut device = device();
     let mut random = Random::new(8);
     let at = |x, z, radius| Disc { x, z, radius };
     let drawing = |rect, frames: &[&[Disc]]| {
@@ -120,30 +111,25 @@ fn the_odd_cases_agree() {
         let discs: Vec<_> = (0..4).map(|_| disc(&mut random, whole, 60)).collect();
         drawings.push(drawing(whole, &[&discs[..2], &discs[1..]]));
     }
-    agree(&mut device, 64, &drawings);
-    agree(&mut device, 128, &[]);
-    finish(device);
+    agree_with_targets(&[64], &drawings);
+    agree_with_targets(&[128], &[]);
 }
 
 #[test]
 fn the_largest_maps_agree() {
-    let mut device = device();
     let mut random = Random::new(9);
     let drawings: Vec<_> = [(2048, 3), (5, 2048), (700, 900)]
         .into_iter()
         .map(|(width, height)| drifting(&mut random, rect(0, 0, width, height), 4, 3))
         .collect();
-    agree(&mut device, 2048, &drawings);
-    finish(device);
+    agree_with_targets(&[2048], &drawings);
 }
 
 #[test]
 fn more_discs_than_one_rendering_takes_agree() {
-    let mut device = device();
     let mut random = Random::new(13);
     let drawings = [300, 2].map(|frames| drifting(&mut random, rect(0, 0, 40, 30), frames, 200));
-    agree(&mut device, 64, &drawings);
-    finish(device);
+    agree_with_targets(&[64], &drawings);
 }
 
 #[test]
@@ -166,10 +152,8 @@ fn what_does_not_fit_is_refused_by_name() {
         result.unwrap_err().to_string()
     };
     assert_eq!(refused(&wide), "side of a map: 65 needed, 64 is the most");
-    assert_eq!(
-        refused(&torn),
-        "drawing 0: its frame ends do not divide its discs"
-    );
+    let words = "drawing 0: its frame ends do not divide its discs";
+    assert_eq!(refused(&torn), words);
     rasterizer.destroy(device.memory().unwrap());
 
     let side = u32::MAX;

@@ -4,24 +4,23 @@
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
 use sabaki::maps::BakedGraph;
-use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, CullPath, Overlap, cpu};
+use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, throws};
 
-use sabaki_fixtures::desc;
+use sabaki_fixtures::cull::{DEVICE_PATHS, counted};
 use sabaki_fixtures::memory::alone;
+use sabaki_fixtures::{desc, finish};
 
 const SLOTS: usize = 3;
 
 /// What a long time has come to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Soaked {
     /// Each of them answered, and held against the CPU.
     queries: u64,
-    /// Of these, how many the host found unanswered when it first looked.
-    polled_again: u64,
     /// Bytes of this process after a tenth of the queries, and at the end. 0 where the system does not say.
     resident: [u64; 2],
     /// Blocks of device memory, at the same moments.
@@ -38,12 +37,10 @@ struct Case {
 fn cases(baked: &BakedGraph) -> Vec<Case> {
     let (settings, mut context) = (QuerySettings::default(), QueryContext::default());
     let query = Query::new(baked, &settings);
-    let case = |index| {
-        let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+    let case = |throw: Throw| {
         let session = query.start(throw.request(), &mut context);
         let input = session.cull_input();
-        let mut expected = Vec::new();
-        cpu::count(&input, &mut expected);
+        let mut expected = counted(&input);
         // Few candidates: what is tried here is the number of culls.
         expected.truncate(12);
         Case {
@@ -52,7 +49,7 @@ fn cases(baked: &BakedGraph) -> Vec<Case> {
             expected,
         }
     };
-    (0..40).map(case).collect()
+    throws(baked, 5, 40).map(case).collect()
 }
 
 /// What one of the host's frames needs.
@@ -79,9 +76,7 @@ impl Frame {
             Self {
                 cmd: device.allocate_command_buffers(&info).unwrap()[0],
                 pool,
-                fence: device
-                    .create_fence(&vk::FenceCreateInfo::default(), None)
-                    .unwrap(),
+                fence: device.create_fence(&Default::default(), None).unwrap(),
                 waiting: None,
             }
         }
@@ -92,7 +87,7 @@ impl Frame {
 fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
     let mut device = Headless::new(desc).unwrap();
     let cases = cases(baked);
-    let [mut stencil, mut compute] = [CullPath::Stencil, CullPath::Compute].map(|path| {
+    let [mut stencil, mut compute] = DEVICE_PATHS.map(|path| {
         let desc = CullerDesc {
             frames_in_flight: SLOTS as u32,
             ..CullerDesc::new(path, baked.atlas())
@@ -106,12 +101,7 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
         let queue = context.device().get_device_queue(context.queue_family(), 0);
         (queue, [(); SLOTS].map(|()| Frame::new(&context)))
     };
-    let mut soaked = Soaked {
-        queries: 0,
-        polled_again: 0,
-        resident: [0; 2],
-        blocks: [0; 2],
-    };
+    let mut soaked = Soaked::default();
     let (mut overlaps, rounds) = (Vec::new(), queries / 2);
     for round in 0..rounds + SLOTS as u64 {
         let slot = (round % SLOTS as u64) as usize;
@@ -121,7 +111,6 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
             let gpu = context.device();
             if let Some((case, by_stencil, by_compute)) = frame.waiting.take() {
                 if !stencil.poll(by_stencil, &mut overlaps).unwrap() {
-                    soaked.polled_again += 1;
                     gpu.wait_for_fences(&[frame.fence], true, u64::MAX).unwrap();
                     assert!(stencil.poll(by_stencil, &mut overlaps).unwrap());
                 }
@@ -148,11 +137,8 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
             gpu.reset_command_pool(frame.pool, vk::CommandPoolResetFlags::empty())
                 .unwrap();
             let once = vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT;
-            gpu.begin_command_buffer(
-                frame.cmd,
-                &vk::CommandBufferBeginInfo::default().flags(once),
-            )
-            .unwrap();
+            let info = vk::CommandBufferBeginInfo::default().flags(once);
+            gpu.begin_command_buffer(frame.cmd, &info).unwrap();
             let by_stencil = stencil.record(frame.cmd, slot as u32, &input).unwrap();
             let by_compute = compute.record(frame.cmd, slot as u32, &input).unwrap();
             gpu.end_command_buffer(frame.cmd).unwrap();
@@ -173,19 +159,15 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
     }
     stencil.destroy(device.memory().unwrap());
     compute.destroy(device.memory().unwrap());
-    let messages = device.destroy();
-    assert!(messages.is_empty(), "{messages:#?}");
+    finish(device);
     soaked
 }
 
 /// Bytes of this process that are in memory, as Linux says.
 fn resident() -> u64 {
     let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
-    let pages = pages
-        .split_whitespace()
-        .nth(1)
-        .and_then(|pages| pages.parse().ok());
-    pages.unwrap_or(0) * 4096
+    let mut pages = pages.split_whitespace().map(str::parse);
+    pages.nth(1).and_then(Result::ok).unwrap_or(0) * 4096
 }
 
 /// The pages of a process are those of all tests that run in it.

@@ -2,17 +2,11 @@
 
 use glam::Vec3;
 use sabaki::anim::{Clip, Event, EventKind, Pose};
-use sabaki::graph::{self, ClipSource, GraphError, GraphSettings, MotionGraph, blend_weight};
-use sabaki_fixtures::clips::{joints_of, small_skeleton, swinging_clip};
+use sabaki::graph::{self, GraphError, GraphSettings, blend_weight};
+use sabaki_fixtures::clips::{evasion, joints_of, small_skeleton, source, swinging_clip, twice};
 use sabaki_fixtures::demo;
 
-/// Default settings that join no clip that nothing near leads to.
-fn alone() -> GraphSettings {
-    GraphSettings {
-        farthest_join: Some(0.0),
-        ..GraphSettings::default()
-    }
-}
+use super::{alone, build, round_clip};
 
 #[test]
 fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
@@ -24,15 +18,13 @@ fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
         let longer = skeleton.joints().iter().map(|joint| joint.offset * 1.1);
         desc.translations.extend(longer);
     }
-    let mut again = plain.desc().clone();
-    again.roots.extend_from_within(..);
-    again.rotations.extend_from_within(..);
-    let clips = [Clip::new(&skeleton, desc), Clip::new(&skeleton, again)].map(Result::unwrap);
+    let longer = Clip::new(&skeleton, desc).unwrap();
+    let clips = [longer, twice(&skeleton, &plain)];
     let settings = GraphSettings {
         threshold: 1.0,
         ..alone()
     };
-    let graph = build(&clips, &[], &settings).unwrap();
+    let (graph, _) = build(&clips, &[], &settings).unwrap();
     let places = |pose: &Pose| {
         let joints = joints_of(&skeleton, pose).into_iter();
         joints.map(|joint| joint.translation).collect()
@@ -77,23 +69,6 @@ fn the_blend_weight_is_kovars() {
     assert_eq!((blend_weight(0.0), blend_weight(1.0)), (1.0, 0.0));
 }
 
-fn build(
-    clips: &[Clip],
-    events: &[Event],
-    settings: &GraphSettings,
-) -> Result<MotionGraph, GraphError> {
-    let skeleton = small_skeleton();
-    graph::build(
-        ClipSource {
-            skeleton: &skeleton,
-            clips,
-            events,
-        },
-        settings,
-    )
-    .map(|(graph, _)| graph)
-}
-
 #[test]
 fn without_a_way_back_there_is_no_graph() {
     let skeleton = small_skeleton();
@@ -103,14 +78,10 @@ fn without_a_way_back_there_is_no_graph() {
         ..alone()
     };
     let error = build(&clips, &[], &settings).unwrap_err();
-    assert!(
-        matches!(error, GraphError::NoCycle { clips: 1, .. }),
-        "{error}"
-    );
-    assert!(matches!(
-        build(&[], &[], &settings),
-        Err(GraphError::NoClips)
-    ));
+    let is_named = matches!(error, GraphError::NoCycle { clips: 1, .. });
+    assert!(is_named, "{error}");
+    let none = build(&[], &[], &settings).unwrap_err();
+    assert!(matches!(none, GraphError::NoClips));
 }
 
 #[test]
@@ -132,106 +103,55 @@ fn bad_settings_and_events_are_named() {
         let said = build(&clips, &[], &settings).unwrap_err().to_string();
         assert!(said.contains(words), "{said}");
     }
-    let default = GraphSettings::default;
-    let event = |clip, start, end| Event {
-        clip,
-        kind: EventKind::Evasion,
-        start,
-        end,
-        joints: Vec::new(),
-    };
+    let refused = |bad: Event| build(&clips, &[bad], &GraphSettings::default()).unwrap_err();
     for bad in [
-        event(1, 0.1, 0.2),
-        event(0, 5.0, 6.0),
-        event(0, 1.5, 6.0),
-        event(0, 0.5, 0.2),
-        event(0, 2.0, 2.0),
-        event(0, -1.0, 1.0),
-        event(0, f64::NAN, 1.0),
-        event(0, 1.0, f64::NAN),
+        evasion(1, 0.1, 0.2),
+        evasion(0, 5.0, 6.0),
+        evasion(0, 1.5, 6.0),
+        evasion(0, 0.5, 0.2),
+        evasion(0, 2.0, 2.0),
+        evasion(0, -1.0, 1.0),
+        evasion(0, f64::NAN, 1.0),
+        evasion(0, 1.0, f64::NAN),
     ] {
-        assert!(matches!(
-            build(&clips, &[bad], &default()),
-            Err(GraphError::Event { index: 0, .. })
-        ));
+        let error = refused(bad);
+        assert!(matches!(error, GraphError::Event { index: 0, .. }));
     }
-    assert!(matches!(
-        build(&clips, &[event(0, f64::NEG_INFINITY, 1.0)], &default()),
-        Err(GraphError::EventTooLong { index: 0, .. })
-    ));
-    let refused = |bad: Event| build(&clips, &[bad], &default()).unwrap_err().to_string();
-    let said = refused(event(0, 5.0, 6.0));
+    let error = refused(evasion(0, f64::NEG_INFINITY, 1.0));
+    assert!(matches!(error, GraphError::EventTooLong { index: 0, .. }));
+    let said = refused(evasion(0, 5.0, 6.0)).to_string();
     let named = format!("\"{}\", event 0 of all: 5 s to 6 s", clips[0].name());
     assert!(said.starts_with(&named), "{said}");
-    let said = refused(event(1, 0.1, 0.2));
+    let said = refused(evasion(1, 0.1, 0.2)).to_string();
     assert!(said.starts_with("event 0: 0.1 s to 0.2 s"), "{said}");
 }
 
 #[test]
 fn what_cannot_be_kept_whole_is_refused_or_reported() {
-    let skeleton = small_skeleton();
-    // The same motion twice, so that there is a way back.
-    let mut desc = swinging_clip(&skeleton, 60, 0.0).desc().clone();
-    desc.roots.extend_from_within(..);
-    desc.rotations.extend_from_within(..);
-    let clips = [Clip::new(&skeleton, desc).unwrap()];
-    let event = |start, end| Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start,
-        end,
-        joints: Vec::new(),
-    };
+    let clips = [round_clip(60, 0.0)];
     let settings = GraphSettings {
         threshold: 10.0,
         ..alone()
     };
-    let stranger = ClipSource {
-        skeleton: &demo::motions().unwrap().skeleton,
-        clips: &clips,
-        events: &[],
-    };
-    assert!(matches!(
-        graph::build(stranger, &settings),
-        Err(GraphError::ClipJoints { found: 9, .. })
-    ));
+    let stranger = demo::motions().unwrap().skeleton;
+    let error = graph::build(source(&stranger, &clips, &[]), &settings).unwrap_err();
+    assert!(matches!(error, GraphError::ClipJoints { found: 9, .. }));
     // One ends where the next one starts: no overlap. The last is shorter than a frame.
-    let events = [event(0.5, 0.8), event(0.8, 0.9), event(0.95, 0.96)];
-    let source = ClipSource {
-        skeleton: &skeleton,
-        clips: &clips,
-        events: &events,
-    };
-    let (graph, report) = graph::build(source, &settings).unwrap();
+    let events = [(0.5, 0.8), (0.8, 0.9), (0.95, 0.96)].map(|(start, end)| evasion(0, start, end));
+    let (graph, report) = build(&clips, &events, &settings).unwrap();
     assert_eq!((report.events.evasions, report.events.attacks), (3, 0));
-    assert_eq!(
-        graph.events().len() + report.dropped.evasions.len(),
-        events.len()
-    );
-    assert!(
-        report
-            .dropped
-            .evasions
-            .iter()
-            .any(|name| name.ends_with("0.97-0.97")),
-        "{:?}",
-        report.dropped.evasions
-    );
+    let dropped = report.dropped.evasions;
+    assert_eq!(graph.events().len() + dropped.len(), events.len());
+    let is_named = dropped.iter().any(|name| name.ends_with("0.97-0.97"));
+    assert!(is_named, "{dropped:?}");
 }
 
 #[test]
 fn clips_at_other_frame_rates_are_resampled() {
     let motions = demo::motions().unwrap();
-    let fast: Vec<Clip> = motions
-        .clips
-        .iter()
-        .map(|clip| clip.resampled(120.0).unwrap())
-        .collect();
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &fast,
-        events: &motions.events,
-    };
+    let fast = motions.clips.iter();
+    let fast: Vec<Clip> = fast.map(|clip| clip.resampled(120.0).unwrap()).collect();
+    let source = source(&motions.skeleton, &fast, &motions.events);
     let (graph, report) = graph::build(source, &alone()).unwrap();
     assert!(graph.clips().iter().all(|clip| clip.frame_rate() == 30.0));
     let original: f64 = motions.clips.iter().map(Clip::duration).sum();

@@ -4,17 +4,14 @@
 mod legs;
 mod walker;
 
-use std::sync::OnceLock;
-
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, Leg, Pose, Skeleton};
-use sabaki::graph::{
-    self, ClipId, ClipSource, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight,
-};
+use sabaki::graph::{self, ClipId, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight};
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::{embedded, embedded_graph};
-use sabaki_fixtures::captures::{captures, fight};
-use sabaki_fixtures::clips::joints_of;
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::{joints_of, source};
 
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);
 const BLENDED: Sample = MotionGraph::sample_blend;
@@ -36,25 +33,29 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
     places(graph, &pose)
 }
 
+/// The largest distance between two places with the same index.
+fn most_apart(a: &[Vec3], b: &[Vec3]) -> f32 {
+    let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+    apart.fold(0.0, f32::max)
+}
+
 #[test]
 fn a_walkers_plants_are_found_to_the_frame_or_two() {
     for (noise, off) in [(0.0, 1), (0.002, 2)] {
         let walk = walker::walk(noise);
-        let graph = walker::graph(&walk);
+        let graph = walk.graph();
         let clip = ClipId(0);
         assert_eq!(graph.feet().legs().len(), 2);
         for (leg, truth) in walk.plants.iter().enumerate() {
             let found = graph.feet().plants(clip, leg);
+            let counts = (found.len(), truth.len());
             assert_eq!(
-                found.len(),
-                truth.len(),
+                counts.0, counts.1,
                 "noise {noise}: {found:?}, truth {truth:?}"
             );
             for (found, truth) in found.iter().zip(truth) {
-                let apart = found
-                    .first
-                    .abs_diff(truth[0])
-                    .max(found.last.abs_diff(truth[1]));
+                let (first, last) = (found.first, found.last);
+                let apart = first.abs_diff(truth[0]).max(last.abs_diff(truth[1]));
                 assert!(apart <= off, "noise {noise}: {found:?}, truth {truth:?}");
             }
         }
@@ -65,7 +66,7 @@ fn a_walkers_plants_are_found_to_the_frame_or_two() {
 fn plants_do_not_depend_on_size_place_or_side() {
     let walk = walker::walk(0.001);
     let plants = |walk: &walker::Walk| {
-        let graph = walker::graph(walk);
+        let graph = walk.graph();
         [0, 1].map(|leg| graph.feet().plants(ClipId(0), leg).to_vec())
     };
     let expected = plants(&walk);
@@ -84,27 +85,11 @@ fn captured_walks_stand_on_one_foot_after_the_other() {
     ];
     for walk in walks {
         let set = captures(walk);
-        // Twice the same, so that there is a graph.
-        let again = Clip::new(
-            &set.skeleton,
-            ClipDesc {
-                name: "again".into(),
-                ..set.clips[0].desc().clone()
-            },
-        );
-        let clips = [set.clips[0].clone(), again.unwrap()];
-        let source = ClipSource {
-            skeleton: &set.skeleton,
-            clips: &clips,
-            events: &[],
-        };
-        let graph = graph::build(source, &GraphSettings::default()).unwrap().0;
+        let graph = walker::graph(&set.skeleton, &set.clips[0], &GraphSettings::default());
         let frames = graph.clips()[0].frames() as u32;
         let stands = |leg: usize, frame: u32| {
-            let plants = graph.feet().plants(ClipId(0), leg);
-            plants
-                .iter()
-                .any(|plant| (plant.first..=plant.last).contains(&frame))
+            let mut plants = graph.feet().plants(ClipId(0), leg).iter();
+            plants.any(|plant| (plant.first..=plant.last).contains(&frame))
         };
         let share = |of: &dyn Fn(u32) -> bool| {
             (0..frames).filter(|&frame| of(frame)).count() as f32 / frames as f32
@@ -122,10 +107,8 @@ fn captured_walks_stand_on_one_foot_after_the_other() {
 fn planted_feet_slide_a_third_or_no_more_than_as_captured(graph: &MotionGraph) {
     let slide = graph.foot_slide(3000);
     println!("{slide:?}");
-    assert!(
-        slide.planted_seconds > 100.0 && slide.steps > 0,
-        "{slide:?}"
-    );
+    let is_tried = slide.planted_seconds > 100.0 && slide.steps > 0;
+    assert!(is_tried, "{slide:?}");
     // Whatever the captures slide themselves is theirs.
     let bound = (slide.blended / 4.0).max(1.1 * slide.clips);
     assert!(slide.kept < bound, "{slide:?}");
@@ -141,17 +124,13 @@ fn of_any_speed(keep: bool) -> MotionGraph {
     })
 }
 
-fn unlimited() -> &'static MotionGraph {
-    static GRAPH: OnceLock<MotionGraph> = OnceLock::new();
-    GRAPH.get_or_init(|| of_any_speed(true))
-}
-
-/// The same transitions, aligned on the whole body, which only blend, and on the feet that stand.
+/// The same transitions, aligned on the whole body, which only blend, and on the feet that stand. These may dart.
 #[test]
 fn transitions_are_aligned_on_the_feet_that_stand() {
-    let by_body = of_any_speed(false);
-    assert_eq!(by_body.edges().len(), unlimited().edges().len());
-    let [body, feet] = [&by_body, unlimited()].map(|graph| graph.foot_slide(usize::MAX));
+    let [by_body, by_feet] = [false, true].map(of_any_speed);
+    assert!(darting(&by_feet) > 0);
+    assert_eq!(by_body.edges().len(), by_feet.edges().len());
+    let [body, feet] = [&by_body, &by_feet].map(|graph| graph.foot_slide(usize::MAX));
     println!("{body:?}\n{feet:?}");
     let [median, most, _] = body.displacement;
     assert!(feet.displacement[0] < 0.75 * median && feet.displacement[1] < 0.75 * most);
@@ -225,25 +204,13 @@ fn both_ends_of_a_transition_are_the_clips_own(graph: &MotionGraph) {
         graph.clip(to.clip).pose(to.frame as usize, &mut pose);
         pose.place(graph.clip_change(id));
         let last = places(graph, &pose);
-        let furthest = |pure: &[Vec3], frame: f32| {
-            let here = places_at(graph, KEPT, id, frame);
-            pure.iter()
-                .zip(&here)
-                .map(|(a, b)| a.distance(*b))
-                .fold(0.0, f32::max)
-        };
+        let furthest = |pure: &[Vec3], frame| most_apart(pure, &places_at(graph, KEPT, id, frame));
         // Far from the origin a place has few digits left.
-        let size = first
-            .iter()
-            .chain(&last)
-            .map(|place| place.length())
-            .fold(1.0, f32::max);
+        let sizes = first.iter().chain(&last).map(|place| place.length());
+        let size = sizes.fold(1.0, f32::max);
         for (pure, frame, inside) in [(&first, 0.0, 1e-3), (&last, end, end - 1e-3)] {
-            assert!(
-                furthest(pure, frame) < 1e-5 * size,
-                "{id:?}: {}",
-                furthest(pure, frame)
-            );
+            let off = furthest(pure, frame);
+            assert!(off < 1e-5 * size, "{id:?}: {off}");
             // And it is not left by a jump: a thousandth of a frame later it is still there.
             let near = furthest(pure, inside);
             assert!(near < 1e-3, "{id:?}: {near} m within 1/30000 s");
@@ -257,8 +224,7 @@ fn fastest(graph: &MotionGraph, sample: Sample, id: EdgeId) -> f32 {
     let mut before = places_at(graph, sample, id, 0.0);
     for step in 1..=4 * graph.edge(id).frames {
         let now = places_at(graph, sample, id, step as f32 / 4.0);
-        let ways = before.iter().zip(&now).map(|(a, b)| a.distance(*b));
-        fastest = ways.fold(fastest, f32::max);
+        fastest = fastest.max(most_apart(&before, &now));
         before = now;
     }
     fastest
@@ -329,11 +295,8 @@ fn bones_keep_their_lengths_and_nothing_but_legs_moves(graph: &MotionGraph) {
             BLENDED(graph, id, frame, &mut plain);
             KEPT(graph, id, frame, &mut pose);
             assert_eq!(pose.translations, plain.translations);
-            assert!(
-                pose.rotations
-                    .iter()
-                    .all(|rotation| rotation.is_normalized())
-            );
+            let mut rotations = pose.rotations.iter();
+            assert!(rotations.all(|rotation| rotation.is_normalized()));
             let sunk = plain.root - pose.root;
             assert!((sunk.x, sunk.z) == (0.0, 0.0) && (0.0..0.05).contains(&sunk.y));
             assert_eq!(graph.sample_edge_root(id, frame), pose.root);
@@ -373,21 +336,15 @@ fn the_blend_is_that_of_two_whole_poses() {
     for id in transitions(graph).step_by(23) {
         let edge = graph.edge(id);
         let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-        for frame in [
-            0.0,
-            0.7,
-            3.0,
-            0.5 * edge.frames as f32 + 0.1,
-            edge.frames as f32,
-        ] {
+        let end = edge.frames as f32;
+        for frame in [0.0, 0.7, 3.0, 0.5 * end + 0.1, end] {
             graph.sample_blend(id, frame, &mut pose);
-            graph
-                .clip(from.clip)
-                .sample(from.frame as f32 + frame, &mut out);
+            let source = graph.clip(from.clip);
+            source.sample(from.frame as f32 + frame, &mut out);
             let begin = (to.frame - edge.frames) as f32;
             graph.clip(to.clip).sample(begin + frame, &mut target);
             target.place(graph.clip_change(id));
-            out.blend(&target, 1.0 - blend_weight(frame / edge.frames as f32));
+            out.blend(&target, 1.0 - blend_weight(frame / end));
             // Whole poses are blended by a series in place of sines.
             assert!(pose.root.abs_diff_eq(out.root, 1e-6));
             for (a, b) in pose.rotations.iter().zip(&out.rotations) {
@@ -410,16 +367,12 @@ fn a_turned_or_mirrored_world_changes_nothing() {
         };
         // Half of them: a search takes time with their square.
         let clips: Vec<Clip> = motions.clips.iter().step_by(2).map(changed).collect();
-        let source = ClipSource {
-            skeleton,
-            clips: &clips,
-            events: &[],
-        };
         let settings = GraphSettings {
             threshold: 0.06,
             ..GraphSettings::default()
         };
-        graph::build(source, &settings).unwrap().0.foot_slide(2000)
+        let built = graph::build(source(skeleton, &clips, &[]), &settings);
+        built.unwrap().0.foot_slide(2000)
     };
     let turn = Rigid2::new(2.2, 5.0, -3.0);
     let as_it_is = slide(&motions.skeleton, &|_| {});
@@ -446,36 +399,20 @@ fn a_turned_or_mirrored_world_changes_nothing() {
     });
     for other in [turned, mirrored] {
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.05;
-        assert!(
-            near(other.blended, as_it_is.blended),
-            "{other:?}, {as_it_is:?}"
-        );
-        assert!(near(other.kept, as_it_is.kept), "{other:?}, {as_it_is:?}");
+        let is_alike = near(other.blended, as_it_is.blended) && near(other.kept, as_it_is.kept);
+        assert!(is_alike, "{other:?}, {as_it_is:?}");
         assert!(other.kept < other.blended / 3.0, "{other:?}");
     }
 }
 
-#[test]
-fn transitions_of_the_embedded_motions_are_sound() {
-    holds(embedded().graph());
-}
+on_both!(transitions_are_sound);
 
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn transitions_of_real_capture_are_sound() {
-    holds(fight().graph());
-}
-
-fn holds(graph: &MotionGraph) {
+fn transitions_are_sound(baked: &BakedGraph) {
+    let graph = baked.graph();
     planted_feet_slide_a_third_or_no_more_than_as_captured(graph);
     feet_near_the_ground_go_less_far_by_their_places_alone(graph);
     both_ends_of_a_transition_are_the_clips_own(graph);
     no_joint_jumps(graph);
     bones_keep_their_lengths_and_nothing_but_legs_moves(graph);
     assert_eq!(darting(graph), 0);
-}
-
-#[test]
-fn a_foot_may_dart_where_steps_of_any_speed_are_allowed() {
-    assert!(darting(unlimited()) > 0);
 }

@@ -3,35 +3,24 @@
 
 use std::sync::{Arc, OnceLock};
 
-use sabaki::anim::{Event, EventKind};
+use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::character::{CharacterSettings, Characters, Goal};
 use sabaki::graph::{self, BuildReport, ClipSource, EdgeMotion, GraphSettings, MotionGraph};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::{BakeSettings, BakedGraph};
 use sabaki::math::Rigid2;
-use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::baked::bake;
+use sabaki_fixtures::clips::{evasion, small_skeleton, swinging_clip};
 use sabaki_fixtures::demo;
 
-/// What is built of motions with events that overlap.
-struct Overlapping {
-    graph: MotionGraph,
-    report: BuildReport,
-    events: Vec<Event>,
-}
+use super::{assert_events_are_whole, build};
 
 /// The embedded motions. Of the first evasion the second half is also the first half of an attack; within the first attack of another clip
 /// lies an evasion that starts with it.
-fn overlapping() -> &'static Overlapping {
-    static BUILT: OnceLock<Overlapping> = OnceLock::new();
-    BUILT.get_or_init(build_overlapping)
-}
-
-fn build_overlapping() -> Overlapping {
+fn build_overlapping() -> (MotionGraph, BuildReport) {
     let motions = demo::motions().unwrap();
     let mut events = motions.events.clone();
-    let evasion = events
-        .iter()
-        .find(|event| event.kind == EventKind::Evasion)
-        .unwrap();
+    let first = |is: &dyn Fn(&&Event) -> bool| events.iter().find(is).unwrap();
+    let evasion = first(&|event| event.kind == EventKind::Evasion);
     let half = 0.5 * (evasion.end - evasion.start);
     let counter = Event {
         kind: EventKind::Attack,
@@ -39,10 +28,7 @@ fn build_overlapping() -> Overlapping {
         end: evasion.end + 0.2,
         ..evasion.clone()
     };
-    let attack = events
-        .iter()
-        .find(|event| event.kind == EventKind::Attack && event.clip != evasion.clip)
-        .unwrap();
+    let attack = first(&|event| event.kind == EventKind::Attack && event.clip != evasion.clip);
     let within = Event {
         kind: EventKind::Evasion,
         end: attack.start + 0.7 * (attack.end - attack.start),
@@ -54,33 +40,28 @@ fn build_overlapping() -> Overlapping {
         events: &events,
         ..motions.source()
     };
-    let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
-    Overlapping {
-        graph,
-        report,
-        events,
-    }
+    graph::build(source, &GraphSettings::default()).unwrap()
+}
+
+fn overlapping() -> &'static (MotionGraph, BuildReport) {
+    static BUILT: OnceLock<(MotionGraph, BuildReport)> = OnceLock::new();
+    BUILT.get_or_init(build_overlapping)
 }
 
 fn baked() -> &'static Arc<BakedGraph> {
     static BAKED: OnceLock<Arc<BakedGraph>> = OnceLock::new();
-    BAKED.get_or_init(|| {
-        let baker = Baker::new(overlapping().graph.clone(), BakeSettings::default()).unwrap();
-        Arc::new(baker.finish_on_cpu().unwrap())
-    })
+    BAKED.get_or_init(|| Arc::new(bake(overlapping().0.clone(), BakeSettings::default())))
 }
 
 #[test]
 fn each_event_is_one_edge_and_no_transition_blends_a_part_of_one() {
-    let Overlapping {
-        graph,
-        report,
-        events,
-    } = overlapping();
+    let (graph, report) = overlapping();
+    let motions = demo::motions().unwrap();
+    let events = motions.events.len() + 2;
     graph.validate().unwrap();
-    assert_eq!(graph.events().len(), events.len());
+    assert_eq!(graph.events().len(), events);
     assert!(report.links.unlinked.is_empty());
-    for id in 0..events.len() {
+    for id in 0..events {
         let is_of = |edge: &&graph::Edge| edge.event.is_some_and(|event| event.index() == id);
         let edges: Vec<_> = graph.edges().iter().filter(is_of).collect();
         assert_eq!(edges.len(), 1);
@@ -88,33 +69,14 @@ fn each_event_is_one_edge_and_no_transition_blends_a_part_of_one() {
         let event = &graph.events()[id];
         assert_eq!([from.frame, to.frame], [event.first, event.last]);
     }
-    for edge in graph.edges() {
-        if edge.motion == EdgeMotion::Clip {
-            continue;
-        }
-        let [from, to] = [edge.from, edge.to].map(|node| graph.node(node));
-        for event in graph.events() {
-            let leaves = from.clip == event.clip
-                && from.frame < event.last
-                && event.first < from.frame + edge.frames;
-            let arrives = to.clip == event.clip
-                && to.frame > event.first
-                && event.last > to.frame - edge.frames;
-            assert!(!leaves && !arrives);
-        }
-    }
-    let seconds: f64 = demo::motions()
-        .unwrap()
-        .clips
-        .iter()
-        .map(|c| c.duration())
-        .sum();
+    assert_events_are_whole(graph);
+    let seconds: f64 = motions.clips.iter().map(Clip::duration).sum();
     assert!(graph.seconds_kept() <= seconds + 1e-9);
 }
 
 #[test]
 fn natural_edges_play_no_part_of_an_event_and_all_else() {
-    let Overlapping { graph, .. } = overlapping();
+    let (graph, _) = overlapping();
     let frames = |edge: &graph::Edge| {
         let from = graph.node(edge.from);
         (from.frame..from.frame + edge.frames).map(move |frame| (from.clip, frame))
@@ -143,21 +105,19 @@ fn natural_edges_play_no_part_of_an_event_and_all_else() {
 
 #[test]
 fn the_clip_goes_on_through_events_that_overlap() {
-    let Overlapping { graph, .. } = overlapping();
+    let (graph, _) = overlapping();
     for first in graph.events() {
-        let start = |edge: &graph::Edge| graph.node(edge.from);
-        let edge = graph.edge_ids().find(|&id| {
-            let edge = graph.edge(id);
-            let event = edge.event.map(|event| graph.event(event));
-            event == Some(first)
-        });
-        let mut edge = edge.unwrap();
+        let plays = |id: &graph::EdgeId| {
+            let event = graph.edge(*id).event;
+            event.map(|event| graph.event(event)) == Some(first)
+        };
+        let mut edge = graph.edge_ids().find(plays).unwrap();
         let mut at = (first.clip, first.first);
         for _ in 0..6 {
             if graph.edge(edge).motion != EdgeMotion::Clip {
                 break;
             }
-            let from = start(graph.edge(edge));
+            let from = graph.node(graph.edge(edge).from);
             assert_eq!((from.clip, from.frame), at);
             at.1 += graph.edge(edge).frames;
             edge = graph.natural_edge(graph.edge(edge).to);
@@ -207,24 +167,13 @@ fn what_is_steered_plays_no_part_of_an_event() {
 fn many_events_that_lie_in_each_other_build() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 30 * 90, 0.3)];
-    let event = |index: usize| Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start: 5.0 + 0.1 * index as f64,
-        end: 45.0 - 0.1 * index as f64,
-        joints: Vec::new(),
-    };
-    let events: Vec<Event> = (0..100).map(event).collect();
-    let source = ClipSource {
-        skeleton: &skeleton,
-        clips: &clips,
-        events: &events,
-    };
+    let inset = (0..100).map(|index| 0.1 * f64::from(index));
+    let events: Vec<Event> = inset.map(|by| evasion(0, 5.0 + by, 45.0 - by)).collect();
     let settings = GraphSettings {
         threshold: 10.0,
         ..GraphSettings::default()
     };
-    let (graph, _) = graph::build(source, &settings).unwrap();
+    let (graph, _) = build(&clips, &events, &settings).unwrap();
     assert_eq!(graph.events().len(), events.len());
     graph.validate().unwrap();
 }

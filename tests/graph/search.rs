@@ -1,6 +1,6 @@
 //! The search in bands finds what a naive look at the whole map finds, for any bands and instruction sets.
 
-use sabaki::anim::Clip;
+use sabaki::anim::{Clip, Skeleton};
 use sabaki::graph::Unwatched;
 use sabaki::graph::search::{
     BandMinima, DistanceMap, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
@@ -19,10 +19,11 @@ const SETTINGS: SearchSettings = SearchSettings {
 fn windows(frames: usize, seed: f32) -> Windows {
     let skeleton = small_skeleton();
     let clip = swinging_clip(&skeleton, frames, seed);
-    Windows::new(
-        &PointCloud::new(&skeleton, &clip, &[1.0; 9]),
-        SETTINGS.window,
-    )
+    windows_of(&skeleton, &clip, &[1.0; 9], SETTINGS.window)
+}
+
+fn windows_of(skeleton: &Skeleton, clip: &Clip, weights: &[f32], window: usize) -> Windows {
+    Windows::new(&PointCloud::new(skeleton, clip, weights), window)
 }
 
 /// The minima of a map, straight from the definition.
@@ -81,13 +82,8 @@ fn bands_cover_every_window_pair_once() {
             assert_eq!(next, rows, "map {a}, {b}");
         }
     }
-    assert!(
-        bands
-            .iter()
-            .filter(|band| (band.a, band.b) == (0, 0))
-            .count()
-            > 1
-    );
+    let own = bands.iter().filter(|band| (band.a, band.b) == (0, 0));
+    assert!(own.count() > 1);
 }
 
 #[test]
@@ -143,9 +139,8 @@ fn compare(settings: SearchSettings, windows: &[Windows], heights: &[usize]) -> 
 
 #[test]
 fn bounds_lose_no_minimum() {
-    let windows: Vec<Windows> = [(157, 0.4), (203, 1.9), (10, 0.4), (75, 0.5), (9, 1.0)]
-        .map(|(frames, seed)| windows(frames, seed))
-        .into();
+    let windows = [(157, 0.4), (203, 1.9), (10, 0.4), (75, 0.5), (9, 1.0)]
+        .map(|(frames, seed)| windows(frames, seed));
     for threshold in [0.05, 0.6, 100.0] {
         for separation in [1, 2, 10] {
             let settings = SearchSettings {
@@ -163,12 +158,10 @@ fn bounds_hold_for_windows_of_any_length_and_weight() {
     let skeleton = small_skeleton();
     let weights = [0.0, 3.0, 0.0, 1e-3, 0.0, 1.0, 0.0, 0.0, 0.2];
     for window in [1, 2, 3, 25] {
-        let clips: Vec<Windows> = [(90, 0.2), (70, 0.25), (66, 4.0)]
-            .map(|(frames, seed)| {
-                let clip = swinging_clip(&skeleton, frames, seed);
-                Windows::new(&PointCloud::new(&skeleton, &clip, &weights), window)
-            })
-            .into();
+        let clips = [(90, 0.2), (70, 0.25), (66, 4.0)].map(|(frames, seed)| {
+            let clip = swinging_clip(&skeleton, frames, seed);
+            windows_of(&skeleton, &clip, &weights, window)
+        });
         let settings = SearchSettings {
             window,
             separation: 5,
@@ -194,15 +187,10 @@ fn bounds_hold_for_still_motion_and_far_from_the_origin() {
             *root *= scale;
         }
         let clip = Clip::new(&skeleton, desc).unwrap();
-        let cloud = PointCloud::new(&skeleton, &clip, &[1.0; 9]);
-        Windows::new(&cloud, SETTINGS.window)
+        windows_of(&skeleton, &clip, &[1.0; 9], SETTINGS.window)
     };
-    let all = [
-        clip(true, 1.0),
-        clip(false, 1.0),
-        clip(false, 40.0),
-        clip(true, 900.0),
-    ];
+    let all = [(true, 1.0), (false, 1.0), (false, 40.0), (true, 900.0)]
+        .map(|(still, scale)| clip(still, scale));
     compare(SETTINGS, &all, &[33, 64]);
 }
 
@@ -239,15 +227,11 @@ fn bands_that_are_searched_together_keep_their_minima() {
 fn captures_need_few_of_all_distances() {
     let set = captures("fight");
     let weights = vec![1.0; set.skeleton.len()];
-    let windows: Vec<Windows> = set
-        .clips
-        .iter()
-        .step_by(5)
-        .map(|clip| {
-            let clip = clip.resampled(30.0).unwrap();
-            Windows::new(&PointCloud::new(&set.skeleton, &clip, &weights), 10)
-        })
-        .collect();
+    let windows = set.clips.iter().step_by(5).map(|clip| {
+        let clip = clip.resampled(30.0).unwrap();
+        windows_of(&set.skeleton, &clip, &weights, SETTINGS.window)
+    });
+    let windows: Vec<_> = windows.collect();
     let settings = SearchSettings {
         threshold: 0.1,
         ..SETTINGS

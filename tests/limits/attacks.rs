@@ -4,7 +4,6 @@ use std::thread;
 
 use glam::Vec3;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
 use sabaki::query::{
     Answer, Attack, AttackError, Enumerate, Query, QueryContext, QuerySettings, Request,
@@ -14,10 +13,7 @@ use super::MB;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::memory::{alone, held_at_most};
 use sabaki_fixtures::random::Random;
-
-fn key(t: f32, center: Vec3, radius: f32) -> SphereKey {
-    SphereKey { t, center, radius }
-}
+use sabaki_fixtures::throw::key;
 
 /// Answers an attack in both ways of looking for candidates, at the same time, within so many bytes together.
 fn answered(attack: &Attack, most: usize) -> Answer {

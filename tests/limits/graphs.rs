@@ -1,11 +1,15 @@
 //! Skeletons, clips and events that nobody captures.
 
+use std::iter::repeat;
+
 use glam::Vec3;
-use sabaki::anim::{Clip, Event, EventKind, Skeleton};
-use sabaki::graph::{self, ClipSource, GraphError, GraphSettings};
+use sabaki::anim::{Clip, Event, Skeleton};
+use sabaki::graph::{self, GraphError, GraphSettings};
 
 use super::MB;
-use sabaki_fixtures::clips::{small_skeleton, still_clip, swinging_clip};
+use sabaki_fixtures::clips::{
+    evasion, skeleton, small_skeleton, source, still_clip, swinging_clip,
+};
 use sabaki_fixtures::memory::{alone, held_at_most};
 
 /// Builds in a gigabyte, and gives the error.
@@ -14,22 +18,7 @@ fn refused(skeleton: &Skeleton, clips: &[Clip], events: &[Event]) -> GraphError 
         memory: 1 << 30,
         ..GraphSettings::default()
     };
-    let source = ClipSource {
-        skeleton,
-        clips,
-        events,
-    };
-    graph::build(source, &settings).err().unwrap()
-}
-
-fn event(start: f64, end: f64) -> Event {
-    Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start,
-        end,
-        joints: Vec::new(),
-    }
+    graph::build(source(skeleton, clips, events), &settings).unwrap_err()
 }
 
 /// A clip in which nothing moves, of two keys that lie far apart.
@@ -56,18 +45,16 @@ fn ten_hours_of_motion_make_no_graph() {
 #[test]
 fn many_joints_for_long_are_refused() {
     alone(|| {
-        let joint = |index: usize| sabaki::anim::Joint {
-            name: format!("j{index}"),
-            parent: (index > 0).then_some(sabaki::anim::JointId(0)),
-            offset: Vec3::Y,
-            kind: sabaki::anim::JointKind::Moving,
-        };
-        let skeleton = Skeleton::new((0..4096).map(joint).collect()).unwrap();
+        let names: Vec<String> = (0..4096).map(|index| format!("j{index}")).collect();
+        let parents = [None].into_iter().chain(repeat(Some(0)));
+        let joints = names.iter().zip(parents);
+        let joints: Vec<_> = joints
+            .map(|(name, parent)| (&**name, parent, Vec3::Y))
+            .collect();
+        let skeleton = skeleton(&joints);
         let (error, held) = held_at_most(|| refused(&skeleton, &[still(&skeleton, 3600.0)], &[]));
-        assert!(
-            error.to_string().contains("; 1.1 GB is the most"),
-            "{error}"
-        );
+        let words = "; 1.1 GB is the most";
+        assert!(error.to_string().contains(words), "{error}");
         assert!(held < MB, "{held}");
     });
 }
@@ -78,21 +65,12 @@ fn a_clip_in_which_nothing_moves_is_answered() {
         // Each of 12 million pairs of frames is as good as all others.
         let skeleton = small_skeleton();
         let clips = [still(&skeleton, 165.0)];
-        let source = ClipSource {
-            skeleton: &skeleton,
-            clips: &clips,
-            events: &[],
-        };
         let settings = GraphSettings {
             links: None,
             ..GraphSettings::default()
         };
-        let (built, held) = held_at_most(|| graph::build(source, &settings));
-        eprintln!(
-            "{:?}, {} MB",
-            built.as_ref().map(|(graph, _)| graph.edges().len()),
-            held / MB
-        );
+        let build = || graph::build(source(&skeleton, &clips, &[]), &settings);
+        let (built, held) = held_at_most(build);
         assert!(built.is_ok() || matches!(built, Err(GraphError::TooMany { .. })));
         assert!(held < 1024 * MB, "{} MB", held / MB);
     });
@@ -103,9 +81,8 @@ fn a_hundred_thousand_events_are_refused() {
     alone(|| {
         let skeleton = small_skeleton();
         let clips = [swinging_clip(&skeleton, 900, 0.3)];
-        let events: Vec<Event> = (0..100_000)
-            .map(|i| event(i as f64 * 1e-4, (i + 1) as f64 * 1e-4))
-            .collect();
+        let event = |i| evasion(0, f64::from(i) * 1e-4, f64::from(i + 1) * 1e-4);
+        let events: Vec<Event> = (0..100_000).map(event).collect();
         let (error, held) = held_at_most(|| refused(&skeleton, &clips, &events));
         assert_eq!(error.to_string(), "100000 events; 8192 is the most");
         assert!(held < MB, "{held}");
@@ -116,7 +93,11 @@ fn a_hundred_thousand_events_are_refused() {
 fn an_event_that_does_not_end_is_refused_by_number() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 30 * 90, 0.3)];
-    let error = refused(&skeleton, &clips, &[event(1.0, 2.0), event(3.0, 63.5)]);
+    let error = refused(
+        &skeleton,
+        &clips,
+        &[evasion(0, 1.0, 2.0), evasion(0, 3.0, 63.5)],
+    );
     assert_eq!(
         error,
         GraphError::EventTooLong {
@@ -129,11 +110,7 @@ fn an_event_that_does_not_end_is_refused_by_number() {
     for words in [named.as_str(), "60 s"] {
         assert!(error.to_string().contains(words), "{error}");
     }
-    let stranger = Event {
-        clip: 1,
-        ..event(3.0, 63.5)
-    };
-    let error = refused(&skeleton, &clips, &[stranger]);
+    let error = refused(&skeleton, &clips, &[evasion(1, 3.0, 63.5)]);
     assert!(error.to_string().starts_with("event 0: "), "{error}");
 }
 
@@ -141,7 +118,11 @@ fn an_event_that_does_not_end_is_refused_by_number() {
 fn events_that_are_there_twice_are_refused_with_both_numbers_clip_and_times() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 300, 0.3)];
-    let events = [event(0.0, 1.0), event(2.0, 3.0), event(2.0, 3.001)];
+    let events = [
+        evasion(0, 0.0, 1.0),
+        evasion(0, 2.0, 3.0),
+        evasion(0, 2.0, 3.001),
+    ];
     let error = refused(&skeleton, &clips, &events);
     assert_eq!(
         error,

@@ -10,6 +10,7 @@ use sabaki::query::{
 
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::small::small;
+use sabaki_fixtures::throw::key;
 
 /// A way to spoil what a bake is asked for.
 type SpoilBake = fn(&mut BakeSettings);
@@ -52,12 +53,8 @@ const OTHERS: [Spoil; 5] = [
 ];
 
 fn ball(t: f32, radius: f32) -> Vec<Vec<SphereKey>> {
-    let key = |t, z| SphereKey {
-        t,
-        center: Vec3::new(0.0, 1.0, z),
-        radius,
-    };
-    vec![vec![key(t, 2.0), key(t + 0.4, -1.0)]]
+    let at = |t, z| key(t, Vec3::new(0.0, 1.0, z), radius);
+    vec![vec![at(t, 2.0), at(t + 0.4, -1.0)]]
 }
 
 /// Balls that are avoided, balls that are not, and one that nothing but a move can answer.
@@ -76,8 +73,8 @@ fn ask(settings: &QuerySettings, playhead: Playhead) {
     }
 }
 
-fn start() -> Playhead {
-    Playhead::at(small().graph(), EdgeId(0), 0.0, Rigid2::IDENTITY)
+fn at(frame: f32, place: Rigid2) -> Playhead {
+    Playhead::at(small().graph(), EdgeId(0), frame, place)
 }
 
 #[test]
@@ -90,78 +87,58 @@ fn query_settings_out_of_range_are_refused_by_name_and_crash_nothing() {
             let error = Query::checked(small(), &settings).unwrap_err();
             assert_eq!(error.name, name);
             assert!(error.to_string().contains("must be"), "{error}");
-            ask(&settings, start());
-        }
-        for value in &EXTREMES[5..] {
-            let mut settings = QuerySettings::default();
-            spoil(&mut settings, *value);
-            ask(&settings, start());
         }
     }
-    for (spoil, value) in OTHERS
-        .iter()
-        .flat_map(|spoil| EXTREMES.map(|value| (spoil, value)))
-    {
-        let mut settings = QuerySettings::default();
-        spoil(&mut settings, value);
-        ask(&settings, start());
+    for spoil in FLOATS.iter().map(|(_, spoil)| spoil).chain(&OTHERS) {
+        for value in EXTREMES {
+            let mut settings = QuerySettings::default();
+            spoil(&mut settings, value);
+            ask(&settings, at(0.0, Rigid2::IDENTITY));
+        }
     }
     let none = QuerySettings {
         most_evasions: 0,
         ..QuerySettings::default()
     };
     assert_eq!(none.check().unwrap_err().name, "most_evasions");
-    ask(&none, start());
+    ask(&none, at(0.0, Rigid2::IDENTITY));
     let mut many = QuerySettings::default();
     many.moves.width = usize::MAX;
     assert_eq!(many.check().unwrap_err().name, "moves.width");
     many.moves.width = 0;
     many.moves.candidates = 0;
-    ask(&many, start());
+    ask(&many, at(0.0, Rigid2::IDENTITY));
 }
 
 #[test]
 fn a_playhead_at_no_place_crashes_nothing() {
     for frame in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
-        ask(
-            &QuerySettings::default(),
-            Playhead::at(small().graph(), EdgeId(0), frame, Rigid2::IDENTITY),
-        );
+        ask(&QuerySettings::default(), at(frame, Rigid2::IDENTITY));
     }
     for place in [f32::NAN, f32::INFINITY, 1e30] {
         let world = Rigid2::new(place, place, -place);
-        ask(
-            &QuerySettings::default(),
-            Playhead::at(small().graph(), EdgeId(0), 0.0, world),
-        );
+        ask(&QuerySettings::default(), at(0.0, world));
     }
 }
 
 #[test]
 fn attacks_of_impossible_numbers_are_refused_by_place() {
-    let value = |keys| Attack::new(keys).unwrap_err();
+    let refused = |keys| Attack::new(keys).unwrap_err();
+    let at = |key| AttackError::Value { sphere: 0, key };
     for radius in [0.0, -0.1, 100.1, f32::NAN, f32::INFINITY] {
-        assert_eq!(
-            value(ball(0.8, radius)),
-            AttackError::Value { sphere: 0, key: 0 }
-        );
+        assert_eq!(refused(ball(0.8, radius)), at(0));
     }
     for t in [-1e-6, -1.0, 600.1, f32::NAN, f32::NEG_INFINITY] {
-        assert_eq!(
-            value(ball(t, 0.1)),
-            AttackError::Value { sphere: 0, key: 0 }
-        );
+        assert_eq!(refused(ball(t, 0.1)), at(0));
     }
     for place in [f32::NAN, f32::INFINITY, 1e5] {
         let mut keys = ball(0.8, 0.1);
         keys[0][1].center.x = place;
-        assert_eq!(value(keys), AttackError::Value { sphere: 0, key: 1 });
+        assert_eq!(refused(keys), at(1));
     }
-    let text = value(ball(-1.0, 0.1)).to_string();
-    assert!(
-        text.contains("0 to 600 s") && text.contains("at most 100 m"),
-        "{text}"
-    );
+    let text = refused(ball(-1.0, 0.1)).to_string();
+    let has_limits = text.contains("0 to 600 s") && text.contains("at most 100 m");
+    assert!(has_limits, "{text}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use sabaki::maps::{BodyTrack, CellColumn, NodePath, TouchedCells};
 use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 
 use super::nodes;
 
@@ -62,11 +62,10 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
 
 #[test]
 fn looking_up_columns_is_looking_at_every_cell() {
-    let (baked, settings) = (embedded(), ThrowSettings::default());
+    let baked = embedded();
     let cell = baked.grid().cell();
     let (mut hits, mut misses) = (0, 0);
-    for index in 0..30 {
-        let throw = throw(baked, &settings, 19, index).unwrap();
+    for throw in throws(baked, 19, 30) {
         let node = throw.playhead.next_node(baked.graph());
         let mut touched = TouchedCells::default();
         for sphere in throw.attack.spheres() {
@@ -94,8 +93,7 @@ fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
     };
     let (mut context, mut from_grid) = (QueryContext::default(), 0);
     let wide = settings(Enumerate::Whole);
-    for index in 0..40 {
-        let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
+    for (index, throw) in throws(baked, 23, 40).enumerate() {
         let whole = answer_throw(&Query::new(baked, &wide), &throw, Evaluation::Lazy);
         let mut found = Vec::new();
         for enumerate in [
@@ -106,10 +104,8 @@ fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
             let settings = settings(enumerate);
             let query = Query::new(baked, &settings);
             let answer = answer_throw(&query, &throw, Evaluation::Lazy);
-            assert_eq!(
-                answer.avoided, whole.avoided,
-                "{enumerate:?}, attack {index}"
-            );
+            let both = [answer.avoided, whole.avoided];
+            assert_eq!(both[0], both[1], "{enumerate:?}, attack {index}");
             from_grid += usize::from(answer.source == Source::Grid);
             let session = query.start(throw.request(), &mut context);
             if session.source() == Source::Grid {

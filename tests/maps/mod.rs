@@ -1,18 +1,13 @@
 //! Tests of `sabaki::maps`.
 
-use sabaki::graph::{EdgeId, Motion, MotionGraph, MotionStep, NodeId, Playhead};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::graph::{EdgeId, Motion, MotionStep, NodeId, Playhead};
+use sabaki::maps::BakedGraph;
 
 mod grid;
 mod paths;
 mod regions;
 mod slices;
 mod strikes;
-
-fn bake(graph: &MotionGraph, settings: BakeSettings) -> BakedGraph {
-    let baker = Baker::new(graph.clone(), settings).unwrap();
-    baker.finish_on_cpu().unwrap()
-}
 
 /// Every `step`th node.
 fn nodes(baked: &BakedGraph, step: usize) -> impl Iterator<Item = NodeId> {

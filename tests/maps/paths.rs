@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 use sabaki::graph::NodeId;
 use sabaki::maps::{BakeSettings, BakedGraph, MapGrid, NodePath, PathId, PathSettings};
 use sabaki::math::Rigid2;
-use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::baked::{bake, embedded};
 use sabaki_fixtures::small::small;
 
-use super::{bake, nodes, play};
+use super::{nodes, play};
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.
 type Facts = (u32, u32, u32, u32, [i32; 3]);
@@ -29,23 +29,23 @@ fn with_paths(baked: &BakedGraph, paths: PathSettings) -> BakedGraph {
         paths,
         ..BakeSettings::default()
     };
-    bake(baked.graph(), settings)
+    bake(baked.graph().clone(), settings)
 }
 
 /// All paths from a node, by following every edge.
 fn search(baked: &BakedGraph, node: NodeId, longest: u32, found: &mut BTreeSet<Facts>) {
     let graph = baked.graph();
     let start = baked.placement(node);
-    // Whose place is changed to be looked up.
     let some = baked.paths().path(PathId(0));
     let mut open = vec![(node, Rigid2::IDENTITY, [0u32; 3])];
     while let Some((node, to_start, [frames, faster, slower])) = open.pop() {
         let starting = (0..).zip(baked.evasions());
         for (index, _) in starting.filter(|(_, e)| graph.edge(e.edge).from == node) {
-            let placement = start.inverse() * to_start * baked.placement(node);
-            let mut path = some;
-            path.placement = placement;
-            let cell = path.alike_cell(0.05, 5f32.to_radians());
+            let here = NodePath {
+                placement: start.inverse() * to_start * baked.placement(node),
+                ..some
+            };
+            let cell = here.alike_cell(0.05, 5f32.to_radians());
             found.insert((index, frames, faster, slower, cell));
         }
         for edge in graph.edges_from(node) {
@@ -102,13 +102,8 @@ fn a_search_along_all_edges_finds_no_other_path() {
     }
     assert_eq!(baked.paths().report().cut, 0);
     assert!(kept > 100 && all >= kept, "{kept} of {all}");
-    let few = with_paths(
-        small(),
-        PathSettings {
-            most: 3,
-            ..settings
-        },
-    );
+    let most = 3;
+    let few = with_paths(small(), PathSettings { most, ..settings });
     assert!(few.paths().report().cut > 0);
 }
 
@@ -146,13 +141,9 @@ fn ends_at(baked: &BakedGraph, node: NodeId, id: PathId) -> bool {
     let edges: Vec<_> = baked.paths().edges(id).chain([evasion]).collect();
     let motion = play(baked, node, &edges);
     let seconds = f32::from(path.frames) / baked.graph().frame_rate() as f32;
-    let end = motion
-        .playhead(baked.graph(), seconds + 1e-3)
-        .placement(baked.graph());
-    let apart = path.placement.inverse() * end;
-    assert!(
-        apart.ground().length() < 0.02 && apart.heading().abs() < 0.02,
-        "{apart:?}"
-    );
+    let end = motion.playhead(baked.graph(), seconds + 1e-3);
+    let apart = path.placement.inverse() * end.placement(baked.graph());
+    let is_there = apart.ground().length() < 0.02 && apart.heading().abs() < 0.02;
+    assert!(is_there, "{apart:?}");
     true
 }

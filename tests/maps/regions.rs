@@ -17,12 +17,7 @@ fn drawing() -> impl Strategy<Value = Drawing> {
     let frames = prop::collection::vec(prop::collection::vec(disc, 0..4), 0..6);
     ((1u32..40, 1u32..30), frames).prop_map(|((width, height), frames)| {
         let mut drawing = Drawing {
-            rect: MapRect {
-                u: -7,
-                v: 3,
-                width,
-                height,
-            },
+            rect: map_rect(-7, 3, width, height),
             ..Drawing::default()
         };
         for discs in frames {

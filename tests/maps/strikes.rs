@@ -1,15 +1,15 @@
 //! The attacks of a graph are baked where their fists and feet pass, and queries can avoid them
 //! like any other attack.
 
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::JointTransform;
 use sabaki_fixtures::answer::{answer_request, first_counts};
 use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::clips::joints_at;
 
-use sabaki::graph::Playhead;
 use sabaki::maps::{AttackMaps, AttackMove};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, Query, QuerySettings, Request};
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
     let grid = embedded().atlas().grid();
@@ -27,17 +27,17 @@ fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
 fn joint_places(strike: &AttackMove) -> Vec<glam::Vec3> {
     let graph = embedded().graph();
     let event = graph.event(graph.edge(strike.edge).event.unwrap());
-    let (mut pose, mut joints, mut places) = (Pose::default(), Vec::new(), Vec::new());
-    for frame in event.first..=event.last {
-        graph.clip(event.clip).pose(frame as usize, &mut pose);
-        forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        let here = event
+    let clip = graph.clip(event.clip);
+    let frames =
+        (event.first..=event.last).map(|frame| joints_at(graph.skeleton(), clip, frame as usize));
+    let of_event = |joints: Vec<JointTransform>| {
+        let places = event
             .joints
             .iter()
-            .map(|joint| joints[joint.index()].translation);
-        places.extend(here.map(|place| strike.placement.inverse().point(place)));
-    }
-    places
+            .map(move |joint| joints[joint.index()].translation);
+        places.map(|place| strike.placement.inverse().point(place))
+    };
+    frames.flat_map(of_event).collect()
 }
 
 #[test]
@@ -50,11 +50,8 @@ fn attack_maps_lie_under_the_attacking_joints() {
         for place in places {
             assert!(set_at(maps, place), "{place} is passed, and not in the map");
         }
-        let behind = glam::Vec3::new(0.0, 0.9, -1.0);
-        assert!(
-            !set_at(maps, behind),
-            "nothing strikes a metre behind the back"
-        );
+        let behind_the_back = glam::Vec3::new(0.0, 0.9, -1.0);
+        assert!(!set_at(maps, behind_the_back));
     }
 }
 
@@ -81,14 +78,12 @@ fn an_attack_of_the_graph_is_answered() {
     let (baked, settings) = (embedded(), QuerySettings::default());
     let in_front = Rigid2::new(std::f32::consts::PI, 0.0, 0.8);
     let (mut avoided, mut met) = (0, 0);
-    for (index, strike) in baked.attack_moves().iter().enumerate() {
+    let moments = throws(baked, 3, baked.attack_moves().len() as u64);
+    for (strike, throw) in baked.attack_moves().iter().zip(moments) {
         let attack = Attack::from_attack_move(baked, strike, in_front, 0.9).unwrap();
         assert!((attack.start() - 0.9).abs() < 1e-5 && attack.end() > 0.9);
-        let playhead: Playhead = throw(baked, &ThrowSettings::default(), 3, index as u64)
-            .unwrap()
-            .playhead;
         let query = Query::new(baked, &settings);
-        let request = Request::new(playhead, &attack);
+        let request = Request::new(throw.playhead, &attack);
         let overlaps = first_counts(&query, request);
         let answer = answer_request(&query, request);
         assert_eq!(answer.avoided, answer.clearance().metres >= 0.0);

@@ -4,14 +4,12 @@ use sabaki::query::cull::cpu::Culler;
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::memory::allocations;
-use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, throws};
 
 #[test]
 fn neither_a_query_nor_counting_allocates() {
     let baked = embedded();
-    let throws: Vec<Throw> = (0..60)
-        .map(|index| throw(baked, &ThrowSettings::default(), 3, index).unwrap())
-        .collect();
+    let throws: Vec<Throw> = throws(baked, 3, 60).collect();
     for enumerate in [
         Enumerate::TouchedCells,
         Enumerate::NearestCell,

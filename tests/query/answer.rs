@@ -1,7 +1,7 @@
 //! Promise: what is called clean is clean, nothing clean is hidden by the maps, evasions are in
 //! time, and the motion is continuous.
 
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::Pose;
 use sabaki::graph::{EdgeId, NodeId};
 use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::{
@@ -10,14 +10,13 @@ use sabaki::query::{
 };
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::clips::joints_of;
+use sabaki_fixtures::throw::{Throw, throws};
 
 use super::{centres, furthest, naive_clearance};
 
-const ATTACKS: u64 = 60;
-
-fn throws() -> impl Iterator<Item = Throw> {
-    (0..ATTACKS).map(|index| throw(embedded(), &ThrowSettings::default(), 7, index).unwrap())
+fn some() -> impl Iterator<Item = Throw> {
+    throws(embedded(), 7, 60)
 }
 
 fn answer(settings: &QuerySettings, throw: &Throw, evaluation: Evaluation) -> Answer {
@@ -36,16 +35,13 @@ fn unwarped() -> QuerySettings {
 #[test]
 fn the_exact_clearance_is_that_of_stepping_through_time() {
     let settings = QuerySettings::default();
-    for throw in throws() {
+    for throw in some() {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
         let stepped = naive_clearance(embedded(), &answer.motion, &throw.attack, 8.0 * SAMPLE_RATE);
         let exact = answer.clearance().metres;
-        assert!(
-            exact <= stepped + BETWEEN_SAMPLES,
-            "exact {exact}, but {stepped} is further"
-        );
         // A ball at 15 m/s flies 1.6 cm between steps, and passes a grazed sphere within that.
-        assert!(exact >= stepped - 0.02, "exact {exact}, stepped {stepped}");
+        let range = stepped - 0.02..=stepped + BETWEEN_SAMPLES;
+        assert!(range.contains(&exact), "exact {exact}, stepped {stepped}");
         assert_eq!(answer.avoided, exact >= 0.0);
     }
 }
@@ -77,16 +73,10 @@ fn best_passed(all: &Answer, metres: f32) -> f32 {
 /// is clear for certain, no better than the best of all.
 fn assert_best(settings: &QuerySettings, needed: &Answer, all: &Answer) {
     let slack = settings.weights.distance.abs() * BETWEEN_SAMPLES;
-    let (chosen, clear, any) = (
-        best(needed),
-        best_passed(all, BETWEEN_SAMPLES),
-        best_passed(all, -1.0),
-    );
+    let [clear, any] = [BETWEEN_SAMPLES, -1.0].map(|metres| best_passed(all, metres));
+    let chosen = best(needed);
     assert!(chosen <= clear + slack, "{chosen}, and {clear} is better");
-    assert!(
-        chosen >= any - slack,
-        "{chosen}, and nothing is below {any}"
-    );
+    assert!(chosen >= any - slack, "{chosen}, and {any} is the least");
 }
 
 #[test]
@@ -94,7 +84,7 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
     let mut settings = unwarped();
     settings.weights.distance = -4.0;
     let mut decided_by_distance = 0;
-    for throw in throws().take(20) {
+    for throw in some().take(20) {
         let needed = answer(&settings, &throw, Evaluation::Lazy);
         let all = answer(&settings, &throw, Evaluation::Exhaustive);
         if all.avoided {
@@ -110,7 +100,6 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
 /// The exhaustive test and the lazy one sample evasions differently; what they choose must not hang on that.
 #[test]
 fn the_exact_search_and_the_culled_one_choose_the_same_path() {
-    const THROWN: u64 = 480;
     let chosen = |answer: &Answer| {
         let path: Vec<EdgeId> = answer.path(embedded(), answer.chosen()).collect();
         (answer.avoided, answer.chosen().evasion, path)
@@ -120,15 +109,11 @@ fn the_exact_search_and_the_culled_one_choose_the_same_path() {
             enumerate,
             ..QuerySettings::default()
         };
-        for index in 0..THROWN {
-            let throw = throw(embedded(), &ThrowSettings::default(), 1, index).unwrap();
+        for (index, throw) in throws(embedded(), 1, 480).enumerate() {
             let lazy = answer(&settings, &throw, Evaluation::Lazy);
             let exact = answer(&settings, &throw, Evaluation::Exhaustive);
-            assert_eq!(
-                chosen(&lazy),
-                chosen(&exact),
-                "{enumerate:?}, attack {index}"
-            );
+            let (lazy, exact) = (chosen(&lazy), chosen(&exact));
+            assert_eq!(lazy, exact, "{enumerate:?}, attack {index}");
         }
     }
 }
@@ -138,7 +123,7 @@ fn the_evasion_starts_when_the_attack_does() {
     let (mut settings, baked) = (unwarped(), embedded());
     settings.rates.nearest = 0.0;
     let mut evasions = 0;
-    for throw in throws() {
+    for throw in some() {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
         let chosen = answer.chosen();
         let path: Vec<_> = answer.path(baked, chosen).collect();
@@ -154,12 +139,8 @@ fn the_evasion_starts_when_the_attack_does() {
         assert_eq!(steps[path.len()].edge, evasion);
         let late = (start - throw.attack.start()).abs();
         assert!(late <= settings.rates.tolerance + 1e-4, "{late} s off");
-        let rates = steps.iter().map(|step| step.rate);
-        assert!(
-            rates
-                .into_iter()
-                .all(|rate| (settings.rates.slowest..=settings.rates.fastest).contains(&rate))
-        );
+        let range = settings.rates.slowest..=settings.rates.fastest;
+        assert!(steps.iter().all(|step| range.contains(&step.rate)));
     }
     assert!(evasions > 10);
 }
@@ -170,8 +151,7 @@ fn where_nothing_is_in_time_the_nearest_is_taken() {
     let mut strict = near;
     strict.rates.nearest = 0.0;
     let mut taken = 0;
-    for index in 0..400 {
-        let throw = throw(embedded(), &ThrowSettings::default(), 77, index).unwrap();
+    for throw in throws(embedded(), 77, 400) {
         let of = |settings| answer(settings, &throw, Evaluation::Lazy).counts;
         let (found, in_time) = (of(&near), of(&strict));
         // Every path is either a candidate, alike another one, or late: none is lost.
@@ -188,7 +168,7 @@ fn where_nothing_is_in_time_the_nearest_is_taken() {
 #[test]
 fn paths_are_connected_and_motion_is_continuous() {
     let (settings, baked) = (unwarped(), embedded());
-    for throw in throws().take(20) {
+    for throw in some().take(20) {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
         let mut node: NodeId = throw.playhead.next_node(baked.graph());
         for step in answer.motion.steps() {
@@ -196,25 +176,19 @@ fn paths_are_connected_and_motion_is_continuous() {
             node = baked.graph().edge(step.edge).to;
         }
         let start = centres(baked, &answer.motion, 0.0);
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let mut pose = Pose::default();
         throw.playhead.pose(baked.graph(), &mut pose);
-        forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+        let joints = joints_of(baked.graph().skeleton(), &pose);
         let first = baked.body().spheres[0].centre(&joints);
-        assert!(
-            first.distance(start[0]) < 1e-4,
-            "the motion starts elsewhere"
-        );
+        assert!(first.distance(start[0]) < 1e-4, "it starts elsewhere");
         let step = 1.0 / 240.0;
         let mut before = start;
         for tick in 1..(answer.motion.duration() / step) as usize {
-            let now = centres(baked, &answer.motion, tick as f32 * step);
+            let seconds = tick as f32 * step;
+            let now = centres(baked, &answer.motion, seconds);
             let moved = furthest(&before, &now);
             // No part of the embedded motions is faster than 15 m/s, at twice the rate 30.
-            assert!(
-                moved < 30.0 * step,
-                "a jump of {moved} m at {} s",
-                tick as f32 * step
-            );
+            assert!(moved < 30.0 * step, "a jump of {moved} m at {seconds} s");
             before = now;
         }
     }
@@ -226,27 +200,15 @@ fn every_candidate_has_a_result_and_every_late_one_a_reason() {
         list_late: true,
         ..QuerySettings::default()
     };
-    for throw in throws().take(20) {
+    for throw in some().take(20) {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
-        let count = |result| {
-            answer
-                .candidates
-                .iter()
-                .filter(|c| c.result == result)
-                .count()
-        };
+        let (candidates, counts) = (&answer.candidates, answer.counts);
+        let count = |result| candidates.iter().filter(|c| c.result == result).count();
         assert_eq!(count(CandidateResult::Chosen), 1);
-        assert_eq!(count(CandidateResult::NotInTime), answer.counts.not_in_time);
-        assert_eq!(
-            answer.candidates.len(),
-            answer.counts.candidates + answer.counts.not_in_time
-        );
-        assert!(
-            answer
-                .candidates
-                .iter()
-                .all(|c| c.rate.is_err() == (c.result == CandidateResult::NotInTime))
-        );
+        assert_eq!(count(CandidateResult::NotInTime), counts.not_in_time);
+        assert_eq!(candidates.len(), counts.candidates + counts.not_in_time);
+        let is_late = |c: &CandidateReport| c.result == CandidateResult::NotInTime;
+        assert!(candidates.iter().all(|c| c.rate.is_err() == is_late(c)));
     }
 }
 
@@ -258,8 +220,7 @@ fn what_is_called_a_hit_is_one_and_none_is_less_deep_than_what_is_chosen() {
     let settings = unwarped();
     let query = Query::new(baked, &settings);
     let (mut body, mut hits) = (MotionBody::default(), 0);
-    for index in 0..150 {
-        let throw = throw(baked, &ThrowSettings::default(), 41, index).unwrap();
+    for (index, throw) in throws(baked, 41, 150).enumerate() {
         let answer = answer_throw(&query, &throw, Evaluation::Lazy);
         if answer.avoided {
             continue;

@@ -9,7 +9,7 @@ use sabaki::query::{
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 
 /// What the maps said of candidates, against the exact test.
 #[derive(Debug, Default)]
@@ -33,8 +33,7 @@ fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
     let (mut culler, mut overlaps) = (Culler::default(), Vec::new());
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let mut tally = Tally::default();
-    for index in 0..attacks {
-        let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
+    for throw in throws(baked, 23, attacks) {
         let request = Request {
             evaluation: Evaluation::Exhaustive,
             ..throw.request()
@@ -106,8 +105,7 @@ fn culling_changes_no_answer() {
     let query = Query::new(embedded(), &settings);
     let (mut context, mut plain) = (QueryContext::default(), Answer::default());
     let mut culled = 0;
-    for index in 0..200 {
-        let throw = throw(embedded(), &ThrowSettings::default(), 31, index).unwrap();
+    for (index, throw) in throws(embedded(), 31, 200).enumerate() {
         query.answer(throw.request(), &mut context, &mut plain);
         let answer = answer_throw(&query, &throw, Evaluation::Lazy);
         assert_eq!(plain.chosen, answer.chosen, "throw {index}");
@@ -132,8 +130,7 @@ fn the_papers_maps_hide_no_way_out() {
     };
     let query = Query::new(&baked, &settings);
     let mut reconsidered = 0;
-    for index in 0..300 {
-        let throw = throw(&baked, &ThrowSettings::default(), 29, index).unwrap();
+    for (index, throw) in throws(&baked, 29, 300).enumerate() {
         let [lazy, all] = [Evaluation::Lazy, Evaluation::Exhaustive]
             .map(|evaluation| answer_throw(&query, &throw, evaluation));
         assert_eq!(lazy.avoided, all.avoided, "throw {index}");

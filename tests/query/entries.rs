@@ -7,14 +7,14 @@ use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::graph::{Entry, Played};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings, WarpSettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::TimedThrow;
 use sabaki_fixtures::clips::joints_of;
+use sabaki_fixtures::throw::key;
 
-use super::{balls_at, centres, furthest, joints, taken_over};
+use super::{assert_made_again, balls_at, centres, furthest, joints, measured, taken_over};
 
 /// Some moments' first entries: the natural motion, when it is entered, and what.
 pub(super) fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
@@ -37,14 +37,20 @@ pub(super) fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
     found
 }
 
+/// The motion that enters, for some seconds.
+pub(super) fn after(baked: &BakedGraph, before: &Motion, seconds: f32, entry: &Entry) -> Motion {
+    let mut motion = before.clone();
+    motion.enter(baked.graph(), seconds, entry);
+    motion.extend(baked.graph(), seconds + 2.0);
+    motion
+}
+
 #[test]
 fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
     let baked = embedded();
     let graph = baked.graph();
     for (before, seconds, entry) in entered(baked) {
-        let mut motion = before.clone();
-        motion.enter(graph, seconds, &entry);
-        motion.extend(graph, 2.0);
+        let motion = after(embedded(), &before, seconds, &entry);
         let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
         assert!(furthest(&start[0], &start[1]) < 1e-3);
         // A thousandth of a second further, both have gone the same way.
@@ -65,11 +71,8 @@ fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
         // The rest of a motion fades on.
         let half = seconds + 0.5 * entry.blend;
         let rest = motion.rest(graph, half);
-        let ends = [
-            centres(baked, &motion, half + 0.02),
-            centres(baked, &rest, 0.02),
-        ];
-        assert!(furthest(&ends[0], &ends[1]) < 1e-3);
+        let played = centres(baked, &motion, half + 0.02);
+        assert!(furthest(&played, &centres(baked, &rest, 0.02)) < 1e-3);
     }
 }
 
@@ -108,10 +111,8 @@ fn an_entry_begins_where_the_motion_is_while_an_earlier_one_fades_out() {
             assert_eq!(at(over), centres(baked, &plain, over));
         }
         // The entry that it does not reach is as it was.
-        assert_eq!(
-            centres(baked, &motion, seconds),
-            centres(baked, &plain, seconds)
-        );
+        let both = [&motion, &plain].map(|motion| centres(baked, motion, seconds));
+        assert_eq!(both[0], both[1]);
     }
     assert!(faded > 0.05, "{faded}");
 }
@@ -124,9 +125,8 @@ pub(super) fn speed_shares(
     let (graph, limits) = (baked.graph(), baked.entry_joint_speeds());
     let rate = graph.frame_rate() as f32;
     let mut shares = Vec::new();
-    for (mut motion, seconds, entry) in entered {
-        motion.enter(graph, seconds, &entry);
-        motion.extend(graph, seconds + 2.0);
+    for (before, seconds, entry) in entered {
+        let motion = after(baked, &before, seconds, &entry);
         let pose = |frame: usize| joints(baked, &motion, seconds + frame as f32 / rate).0;
         for frame in 0..(entry.blend * rate).ceil() as usize {
             let (from, to) = (pose(frame), pose(frame + 1));
@@ -160,11 +160,8 @@ fn answer_to(entries: EntryUse, thrown: &TimedThrow, evaluation: Evaluation) -> 
         warp: WarpSettings::off(),
         ..QuerySettings::default()
     };
-    answer_throw(
-        &Query::new(embedded(), &settings),
-        &thrown.throw,
-        evaluation,
-    )
+    let query = Query::new(embedded(), &settings);
+    answer_throw(&query, &thrown.throw, evaluation)
 }
 
 #[test]
@@ -183,10 +180,7 @@ fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
         }
         assert!(first.motion.is_blending(now));
         let spheres = thrown.throw.attack.spheres().iter().map(|sphere| {
-            let later = |key: &SphereKey| SphereKey {
-                t: key.t + 0.15,
-                ..*key
-            };
+            let later = |at: &SphereKey| key(at.t + 0.15, at.center, at.radius);
             sphere.keys().iter().map(later).collect()
         });
         let second = Attack::new(spheres.collect()).unwrap();
@@ -199,33 +193,23 @@ fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
 
 #[test]
 fn what_is_half_a_second_away_is_avoided_by_entries() {
-    let baked = embedded();
     let (mut with, mut without) = (0, 0);
     for thrown in balls(0.5) {
         let lazy = answer_to(EntryUse::default(), &thrown, Evaluation::Lazy);
         let all = answer_to(EntryUse::default(), &thrown, Evaluation::Exhaustive);
         assert_eq!(lazy.avoided, all.avoided);
-        let attack = &thrown.throw.attack;
-        let test = ExactTest::new(baked, attack);
-        let measured = test.on_motion(&lazy.motion, &mut MotionBody::default());
+        let measured = measured(embedded(), &lazy.motion, &thrown.throw.attack);
         assert_eq!(measured.is_clean(), lazy.avoided);
         if lazy.chosen().entry.is_some() && lazy.avoided {
             assert!(lazy.counts.entered > 0);
-            let again = lazy.motion_of(baked, thrown.throw.playhead, lazy.chosen());
-            let mut again = again.unwrap();
-            again.extend(baked.graph(), attack.end());
-            let [again, played] = [&again, &lazy.motion].map(|m| centres(baked, m, 0.5));
-            assert_eq!(again, played);
+            assert_made_again(&lazy, &thrown.throw);
         }
         with += usize::from(lazy.avoided);
         let bare = answer_to(EntryUse::none(), &thrown, Evaluation::Lazy);
         assert_eq!(bare.counts.entered, 0);
         without += usize::from(bare.avoided);
     }
-    assert!(
-        with >= without + 8,
-        "{with} with entries, {without} without"
-    );
+    assert!(with >= without + 8, "{with} with, {without} without");
 }
 
 fn toes(graph: &MotionGraph, pose: &Pose) -> Vec<Vec3> {
@@ -245,9 +229,7 @@ fn one_foot_stays_while_an_evasion_is_entered() {
     let step = 1.0 / graph.frame_rate() as f32;
     let mut slides = Vec::new();
     for (before, seconds, entry) in entered(embedded()) {
-        let mut motion = before;
-        motion.enter(graph, seconds, &entry);
-        motion.extend(graph, 2.0);
+        let motion = after(embedded(), &before, seconds, &entry);
         let frames = (entry.blend / step).ceil() as usize;
         let at = |frame: usize| played(graph, &motion, seconds + frame as f32 * step);
         let slower = |frame: usize| {
@@ -269,9 +251,7 @@ fn no_toe_goes_below_both_motions() {
     let graph = embedded().graph();
     for (before, seconds, entry) in entered(embedded()) {
         let start = played(graph, &before, seconds);
-        let mut motion = before;
-        motion.enter(graph, seconds, &entry);
-        motion.extend(graph, 2.0);
+        let motion = after(embedded(), &before, seconds, &entry);
         for part in 1..10 {
             let seconds = seconds + entry.blend * part as f32 / 10.0;
             let mut pose = Pose::default();

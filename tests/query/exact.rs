@@ -7,14 +7,13 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::graph::{EdgeId, Motion, MotionStep, Playhead};
 use sabaki::maps::{BakedGraph, BodyTrack, MovingSphere, SphereKey};
-use sabaki::math::{Rigid2, Sphere};
+use sabaki::math::Rigid2;
 use sabaki::query::clearance::{
     ExactTest, Extent, MotionBody, PlayedTrack, SAMPLE_RATE, Sampling, closest,
 };
 use sabaki::query::{Attack, Clearance};
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::captures::fight;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{key, throws};
 
 /// A sphere on a way of some keys near a body, within a track's time.
 fn keys(rng: &mut impl Rng, evasion: &PlayedTrack<'_>) -> Vec<SphereKey> {
@@ -26,11 +25,7 @@ fn keys(rng: &mut impl Rng, evasion: &PlayedTrack<'_>) -> Vec<SphereKey> {
     let key = |_| {
         let mut place = || rng.random_range(-1.5..1.5f32);
         let center = Vec3::new(place(), 1.0 + place(), place());
-        let key = SphereKey {
-            t,
-            center: evasion.placement.point(center),
-            radius,
-        };
+        let key = key(t, evasion.placement.point(center), radius);
         t += rng.random_range(0.004..0.2) * seconds;
         radius += if grows { 0.05 } else { 0.0 };
         key
@@ -91,11 +86,8 @@ fn bounding_spheres_leave_out_nothing_that_is_near() {
         };
         let expected = naive(&evasion, &radii, &attack);
         let found = of(Extent::WHOLE);
-        assert!(
-            (found.metres - expected).abs() < 2e-4,
-            "{} {expected}",
-            found.metres
-        );
+        let error = (found.metres - expected).abs();
+        assert!(error < 2e-4, "{found:?} {expected}");
         let limit = Extent {
             below: expected + rng.random_range(-0.2..0.2),
             ..Extent::WHOLE
@@ -125,20 +117,14 @@ fn of_many_spheres_the_nearest_one_counts() {
         let evasion = PlayedTrack::new(track, placement, 0.1);
         // They pass the middle of the body at this distance, so that in some rounds none hits.
         let outside = rng.random_range(0.2..1.2f32);
-        let spheres: Vec<Vec<SphereKey>> = (0..3000)
-            .map(|_| {
-                let (t, angle) = (rng.random_range(0.2..0.5f32), rng.random_range(-3.1..3.1));
-                let height = rng.random_range(0.1..2.2);
-                let key = |t: f32, along: f32| SphereKey {
-                    t,
-                    center: evasion.placement.point(
-                        Rigid2::new(angle, 0.0, 0.0).point(Vec3::new(outside, height, along)),
-                    ),
-                    radius: 0.05,
-                };
-                vec![key(t, 2.5), key(t + 0.2, rng.random_range(-2.0..2.0))]
-            })
-            .collect();
+        let sphere = |_| {
+            let (t, angle) = (rng.random_range(0.2..0.5f32), rng.random_range(-3.1..3.1));
+            let height = rng.random_range(0.1..2.2);
+            let way = evasion.placement * Rigid2::new(angle, 0.0, 0.0);
+            let at = |t, along| key(t, way.point(Vec3::new(outside, height, along)), 0.05);
+            vec![at(t, 2.5), at(t + 0.2, rng.random_range(-2.0..2.0))]
+        };
+        let spheres: Vec<Vec<SphereKey>> = (0..3000).map(sphere).collect();
         let graph = baked.graph();
         let playhead = Playhead::at(graph, EdgeId(round as u32), 0.0, evasion.placement);
         let mut motion = Motion::new(graph, playhead, &[]);
@@ -173,13 +159,10 @@ fn a_tracks_bounding_spheres_hold_the_body() {
     for index in 0..baked.evasions().len() {
         let track = baked.track(index);
         for tick in 0..track.ticks() {
-            let Sphere {
-                centre: middle,
-                radius,
-            } = track.bounding_sphere(tick / BodyTrack::INTERVAL);
+            let bound = track.bounding_sphere(tick / BodyTrack::INTERVAL);
             for (at, sphere) in baked.body().spheres.iter().enumerate() {
-                let away = track.centre(tick, at).distance(middle) + sphere.radius;
-                assert!(away <= radius + 1e-4, "{away} {radius}");
+                let away = track.centre(tick, at).distance(bound.centre) + sphere.radius;
+                assert!(away <= bound.radius + 1e-4, "{away} {bound:?}");
             }
         }
     }
@@ -190,8 +173,8 @@ const STRAY: f32 = 0.025;
 
 /// Some way through the graph, and an attack on who goes it.
 fn walks(baked: &BakedGraph, count: u64) -> impl Iterator<Item = (Motion, Attack)> + '_ {
-    (0..count).map(|index| {
-        let throw = throw(baked, &ThrowSettings::default(), 31, index / 4).unwrap();
+    let each_four_times = throws(baked, 31, count / 4).flat_map(|throw| vec![throw; 4]);
+    (0..).zip(each_four_times).map(|(index, throw)| {
         let graph = baked.graph();
         let (mut node, mut steps) = (throw.playhead.next_node(graph), Vec::new());
         for turn in 0..12 {
@@ -206,9 +189,12 @@ fn walks(baked: &BakedGraph, count: u64) -> impl Iterator<Item = (Motion, Attack
     })
 }
 
-fn agree(baked: &BakedGraph, count: u64) {
+on_both!(coarse_samples_say_what_all_of_them_say);
+
+fn coarse_samples_say_what_all_of_them_say(baked: &BakedGraph) {
+    const COUNT: usize = 800;
     let (mut body, mut hits, mut near) = (MotionBody::default(), 0, 0);
-    for (motion, attack) in walks(baked, count) {
+    for (motion, attack) in walks(baked, COUNT as u64) {
         let mut test = |sampling, extent| {
             let test = ExactTest {
                 extent,
@@ -244,21 +230,8 @@ fn agree(baked: &BakedGraph, count: u64) {
         };
         assert_eq!(test(Sampling::Each, enough) < -0.05, exact < -0.05);
     }
-    let count = count as usize;
     assert!(
-        hits > count / 5 && near < count,
-        "{hits} hit, {near} are near, of {count}"
+        hits > COUNT / 5 && near < COUNT,
+        "{hits} hit, {near} are near, of {COUNT}"
     );
-}
-
-#[test]
-fn coarse_samples_say_what_all_of_them_say() {
-    agree(embedded(), 800);
-}
-
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn and_so_they_do_on_real_motion() {
-    let baked = fight();
-    agree(baked, 800);
 }

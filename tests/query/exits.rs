@@ -3,13 +3,13 @@
 use sabaki::BakedGraph;
 use sabaki::graph::Entry;
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
-use sabaki::maps::{BakeSettings, Baker, EntryReport};
+use sabaki::maps::{BakeSettings, EntryReport};
 use sabaki::math::Rigid2;
-use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::baked::{bake, embedded};
 use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::demo;
 
-use super::entries::speed_shares;
+use super::entries::{after, speed_shares};
 use super::{centres, furthest};
 
 /// The first exit of each event, at a third of it: the motion that plays the event, when it is left, and how.
@@ -36,9 +36,7 @@ fn an_exit_begins_inside_an_event_and_ends_in_natural_motion() {
     let left = left(baked);
     assert!(left.len() >= 8, "{}", left.len());
     for (before, seconds, exit) in left {
-        let mut motion = before.clone();
-        motion.enter(graph, seconds, &exit);
-        motion.extend(graph, seconds + 2.0);
+        let motion = after(baked, &before, seconds, &exit);
         let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
         assert!(furthest(&start[0], &start[1]) < 1e-3);
         let event =
@@ -74,8 +72,7 @@ fn a_graph_without_events_has_no_entries_to_report() {
         ..motions.source()
     };
     let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
-    let baker = Baker::new(graph, BakeSettings::default()).unwrap();
-    let baked = baker.finish_on_cpu().unwrap();
+    let baked = bake(graph, BakeSettings::default());
     assert_eq!(baked.entry_report(), EntryReport::default());
 }
 
@@ -85,9 +82,7 @@ fn no_moment_of_real_motion_capture_is_far_from_a_branch_point() {
     let baked = fight();
     let report = baked.entry_report();
     for stretches in [report.unbranched, report.unbranched_in_events] {
-        assert!(
-            stretches.median <= 0.3 && stretches.longest <= 0.8,
-            "{stretches:?}"
-        );
+        let is_near = stretches.median <= 0.3 && stretches.longest <= 0.8;
+        assert!(is_near, "{stretches:?}");
     }
 }

@@ -11,7 +11,7 @@ use sabaki::maps::{BakedGraph, PathId, PathSettings};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::small::{small_bake, small_evasion};
-use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, throws};
 
 /// A graph of more evasions than are prepared by loading.
 fn built() -> &'static BakedGraph {
@@ -41,16 +41,11 @@ fn prepared() -> BakedGraph {
     baked
 }
 
-fn throws(baked: &BakedGraph) -> Vec<Throw> {
-    let one = |index| throw(baked, &ThrowSettings::default(), 3, index);
-    (0..40).map(|index| one(index).unwrap()).collect()
-}
-
 #[test]
 fn answers_do_not_depend_on_what_is_prepared() {
     let (lazy, ready) = (loaded(), prepared());
     assert_eq!(lazy, ready);
-    let throws = throws(&ready);
+    let throws: Vec<Throw> = throws(&ready, 3, 40).collect();
     let settings = QuerySettings {
         enumerate: Enumerate::TouchedCells,
         ..QuerySettings::default()
@@ -100,7 +95,7 @@ fn paths_that_are_restored_are_those_of_the_bake() {
 #[test]
 fn after_preparing_a_query_allocates_nothing_wherever_it_begins() {
     let ready = prepared();
-    let throws = throws(&ready);
+    let throws: Vec<Throw> = throws(&ready, 3, 40).collect();
     let settings = QuerySettings::default();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let mut round = |baked: &BakedGraph| {

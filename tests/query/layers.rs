@@ -4,22 +4,13 @@
 use std::sync::OnceLock;
 
 use sabaki::graph::Motion;
-use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings, WarpSettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
-use sabaki_fixtures::throw::RandomDraw;
+use sabaki_fixtures::balls::TimedThrow;
+use sabaki_fixtures::clips::most_apart;
 
-use super::{centres, furthest, joints, taken_over};
-
-fn balls(count: u64) -> impl Iterator<Item = TimedThrow> {
-    let thrower = BallThrower::new(embedded(), BallSettings::default());
-    (0..count).filter_map(move |index| {
-        let draw = RandomDraw { seed: 9, index };
-        thrower.throw(0.45, draw).unwrap()
-    })
-}
+use super::{assert_made_again, balls_at, centres, furthest, joints, measured, taken_over};
 
 fn settings() -> QuerySettings {
     QuerySettings {
@@ -34,7 +25,8 @@ fn layered() -> &'static [(TimedThrow, Answer)] {
     LAYERED.get_or_init(|| {
         let settings = settings();
         let query = Query::new(embedded(), &settings);
-        let answered = balls(300).map(|thrown| {
+        let thrown = balls_at(std::iter::repeat_n(0.45, 300), 9).into_iter();
+        let answered = thrown.map(|thrown| {
             let answer = answer_throw(&query, &thrown.throw, Evaluation::Lazy);
             (thrown, answer)
         });
@@ -65,10 +57,7 @@ fn pelvis_and_legs_go_on_to_the_bit() {
                     assert_eq!(places[joint.index()], others[joint.index()]);
                 }
             }
-            let apart = places.iter().zip(&others);
-            let apart = apart.map(|(a, b)| a.translation.distance(b.translation));
-            let apart = apart.fold(0.0, f32::max);
-            moved = moved.max(apart);
+            moved = moved.max(most_apart(&places, &others));
             if layer.weight(seconds) == 0.0 {
                 assert_eq!(with, without);
             }
@@ -107,18 +96,11 @@ fn a_layer_fades_in_and_out_without_a_pop() {
 
 #[test]
 fn what_is_said_of_a_layer_is_measured() {
-    let baked = embedded();
     for (thrown, answer) in layered() {
-        let attack = &thrown.throw.attack;
-        let test = ExactTest::new(baked, attack);
-        let measured = test.on_motion(&answer.motion, &mut MotionBody::default());
+        let measured = measured(embedded(), &answer.motion, &thrown.throw.attack);
         assert!(measured.is_clean());
         assert_eq!(measured.metres, answer.clearance().metres);
-        let again = answer.motion_of(baked, thrown.throw.playhead, answer.chosen());
-        let mut again = again.unwrap();
-        again.extend(baked.graph(), attack.end());
-        let [again, played] = [&again, &answer.motion].map(|m| centres(baked, m, 0.4));
-        assert_eq!(again, played);
+        assert_made_again(answer, &thrown.throw);
         assert!(answer.counts.layered > 0);
     }
 }

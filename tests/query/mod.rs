@@ -5,11 +5,11 @@ use sabaki::anim::{JointTransform, Pose};
 use sabaki::graph::Motion;
 use sabaki::maps::BakedGraph;
 use sabaki::query::clearance::{ExactTest, MotionBody};
-use sabaki::query::{Answer, Attack, Query, QueryContext, Request};
+use sabaki::query::{Answer, Attack, Clearance, Query, QueryContext, Request};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
 use sabaki_fixtures::clips::joints_of;
-use sabaki_fixtures::throw::RandomDraw;
+use sabaki_fixtures::throw::{RandomDraw, Throw};
 
 mod alloc;
 mod answer;
@@ -91,8 +91,25 @@ fn taken_over(
         &centres(baked, &answer.motion, 0.0),
     );
     assert!(moved < most, "{moved} m at {now} s");
-    let test = ExactTest::new(baked, attack);
-    let measured = test.on_motion(&answer.motion, &mut MotionBody::default());
+    let measured = measured(baked, &answer.motion, attack);
     assert_eq!(measured.is_clean(), answer.avoided);
     answer
+}
+
+/// The exact test of a motion.
+fn measured(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> Clearance {
+    ExactTest::new(baked, attack).on_motion(motion, &mut MotionBody::default())
+}
+
+/// Asserts that the report of what was chosen makes the same motion again.
+fn assert_made_again(answer: &Answer, throw: &Throw) {
+    let (baked, end) = (embedded(), throw.attack.end());
+    let again = answer.motion_of(baked, throw.playhead, answer.chosen());
+    let mut again = again.unwrap();
+    again.extend(baked.graph(), end);
+    for step in 0..60 {
+        let t = end * step as f32 / 60.0;
+        let [a, b] = [&answer.motion, &again].map(|motion| joints(baked, motion, t).0);
+        assert_eq!(a, b);
+    }
 }

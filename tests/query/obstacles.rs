@@ -8,15 +8,14 @@ use sabaki::graph::Played;
 use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{ExactTest, MotionBody, ObstacleTest};
+use sabaki::query::clearance::{MotionBody, ObstacleTest};
 use sabaki::query::{
     Answer, EntryUse, Evaluation, Obstacle, Query, QueryContext, QuerySettings, Request,
 };
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::captures::fight;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 
-use super::centres;
+use super::{centres, measured};
 
 /// One obstacle of each kind near a place, some of which move.
 fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {
@@ -60,8 +59,10 @@ fn naive(test: &ObstacleTest<'_>, motion: &Motion) -> f32 {
     worst
 }
 
+on_both!(entries_into_obstacles_are_those_of_a_naive_search);
+
 /// Motions from many edges, among them transitions and blends, one obstacle at a time.
-fn agrees(baked: &BakedGraph) {
+fn entries_into_obstacles_are_those_of_a_naive_search(baked: &BakedGraph) {
     let graph = baked.graph();
     let mut random = Pcg64Mcg::seed_from_u64(31);
     let mut scratch = MotionBody::default();
@@ -94,11 +95,8 @@ fn agrees(baked: &BakedGraph) {
             };
             let found = scratch.worst_entry(&test, &motion);
             let wanted = naive(&test, &motion);
-            assert_eq!(
-                found.map_or(0.0, |hit| hit.harm),
-                wanted,
-                "edge {index}: {obstacle:?}"
-            );
+            let depth = found.map_or(0.0, |hit| hit.harm);
+            assert_eq!(depth, wanted, "edge {index}: {obstacle:?}");
             let first = ObstacleTest {
                 enough: 0.0,
                 ..test
@@ -115,20 +113,10 @@ fn agrees(baked: &BakedGraph) {
     );
 }
 
-#[test]
-fn entries_into_obstacles_are_those_of_a_naive_search() {
-    agrees(embedded());
-}
-
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn entries_into_obstacles_are_those_of_a_naive_search_on_real_capture() {
-    let baked = fight();
-    agrees(baked);
-}
+on_both!(fast_obstacles_are_seen_between_the_samples);
 
 /// Discs of a radius of 0.1 m that fly through the middle of the body at 30 to 100 m/s, at moments between the samples too.
-fn passes_are_seen(baked: &BakedGraph) {
+fn fast_obstacles_are_seen_between_the_samples(baked: &BakedGraph) {
     let graph = baked.graph();
     let mut random = Pcg64Mcg::seed_from_u64(43);
     let mut scratch = MotionBody::default();
@@ -163,27 +151,16 @@ fn passes_are_seen(baked: &BakedGraph) {
     assert!(seen > 50 && beside == seen, "{seen} {beside}");
 }
 
-#[test]
-fn fast_obstacles_are_seen_between_the_samples() {
-    passes_are_seen(embedded());
-}
-
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn fast_obstacles_are_seen_between_the_samples_of_real_capture() {
-    let baked = fight();
-    passes_are_seen(baked);
-}
+on_both!(answers_among_obstacles_enter_none);
 
 /// Answers among many obstacles, each tested again by the naive search and the exact test.
-fn answers_are_free(baked: &BakedGraph) {
+fn answers_among_obstacles_enter_none(baked: &BakedGraph) {
     let graph = baked.graph();
     let mut random = Pcg64Mcg::seed_from_u64(37);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let settings = QuerySettings::default();
     let (mut avoided, mut hit) = (0, 0);
-    for index in 0..60 {
-        let throw = throw(baked, &ThrowSettings::default(), 41, index).unwrap();
+    for (index, throw) in throws(baked, 41, 60).enumerate() {
         let root = Motion::new(graph, throw.playhead, &[]).root(graph, 0.0);
         let discs = (0..40).map(|_| {
             let way = Vec2::from_angle(random.random_range(0.0..6.3));
@@ -203,8 +180,7 @@ fn answers_are_free(baked: &BakedGraph) {
         avoided += 1;
         let mut motion = answer.motion.clone();
         motion.extend(graph, throw.attack.end() + 0.1);
-        let test = ExactTest::new(baked, &throw.attack);
-        let clearance = test.on_motion(&motion, &mut MotionBody::default());
+        let clearance = measured(baked, &motion, &throw.attack);
         assert!(clearance.metres > -0.005, "attack {index}: {clearance:?}");
         let test = ObstacleTest {
             baked,
@@ -215,18 +191,6 @@ fn answers_are_free(baked: &BakedGraph) {
         assert_eq!(naive(&test, &motion), 0.0, "attack {index}");
     }
     assert!(avoided > 5, "{avoided} avoided, {hit} hit");
-}
-
-#[test]
-fn answers_among_obstacles_enter_none() {
-    answers_are_free(embedded());
-}
-
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn answers_among_obstacles_enter_none_on_real_capture() {
-    let baked = fight();
-    answers_are_free(baked);
 }
 
 /// The lazy evaluation orders hits by bounds of their depth, so that it may warp others, and now and then one more.
@@ -241,8 +205,7 @@ fn both_evaluations_warp_hits_among_obstacles() {
     let query = Query::new(baked, &settings);
     let mut context = QueryContext::default();
     let (mut warped, mut avoided, mut lazy_only) = ([0; 2], 0, 0);
-    for index in 0..200 {
-        let throw = throw(baked, &ThrowSettings::default(), 61, index).unwrap();
+    for (index, throw) in (0..).zip(throws(baked, 61, 200)) {
         let mut random = Pcg64Mcg::seed_from_u64(index);
         let natural = Motion::new(baked.graph(), throw.playhead, &[]);
         let root = natural.root(baked.graph(), 0.0);
@@ -252,7 +215,7 @@ fn both_evaluations_warp_hits_among_obstacles() {
             let request = Request {
                 obstacles: &[disc],
                 evaluation,
-                ..Request::new(throw.playhead, &throw.attack)
+                ..throw.request()
             };
             let mut answer = Answer::default();
             query.answer(request, &mut context, &mut answer);

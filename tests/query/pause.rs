@@ -2,19 +2,19 @@
 
 use glam::Vec3;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request, Step};
 use sabaki_fixtures::small::small;
+use sabaki_fixtures::throw::key;
 
 fn attack(x: f32) -> Attack {
-    let key = |t, x| SphereKey {
-        t,
-        center: Vec3::new(x, 0.9, 0.0),
-        radius: 0.1,
-    };
-    Attack::new(vec![vec![key(0.9, x), key(1.1, -x)]]).unwrap()
+    let at = |t, x| key(t, Vec3::new(x, 0.9, 0.0), 0.1);
+    Attack::new(vec![vec![at(0.9, x), at(1.1, -x)]]).unwrap()
+}
+
+fn playhead(edge: u32) -> Playhead {
+    Playhead::at(small().graph(), EdgeId(edge), 0.0, Rigid2::IDENTITY)
 }
 
 #[test]
@@ -23,7 +23,7 @@ fn a_paused_query_ends_as_if_it_had_not_been() {
     let query = Query::new(baked, &settings);
     let mut paused_at = 0;
     for edge in 0..baked.graph().edges().len().min(40) {
-        let playhead = Playhead::at(baked.graph(), EdgeId(edge as u32), 0.0, Rigid2::IDENTITY);
+        let playhead = playhead(edge as u32);
         let attack = attack(1.0);
         let (mut context, mut overlaps) = (QueryContext::default(), Vec::new());
         let (mut straight, mut paused) = (Answer::default(), Answer::default());
@@ -43,11 +43,8 @@ fn a_paused_query_ends_as_if_it_had_not_been() {
             }
         }
         assert!(query.resume(waiting, &mut context).is_none());
-        assert_eq!(
-            format!("{straight:?}"),
-            format!("{paused:?}"),
-            "edge {edge}"
-        );
+        let [straight, paused] = [straight, paused].map(|answer| format!("{answer:?}"));
+        assert_eq!(straight, paused, "edge {edge}");
     }
     assert!(paused_at > 3);
 }
@@ -56,15 +53,13 @@ fn a_paused_query_ends_as_if_it_had_not_been() {
 fn a_context_serves_one_query_at_a_time() {
     let (baked, settings) = (small(), QuerySettings::default());
     let query = Query::new(baked, &settings);
-    let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
+    let playhead = playhead(0);
     let (first, second) = (attack(1.0), attack(0.5));
     let mut context = QueryContext::default();
-    let one = query
-        .start(Request::new(playhead, &first), &mut context)
-        .id();
-    let two = query
-        .start(Request::new(playhead, &second), &mut context)
-        .id();
+    let [one, two] = [&first, &second].map(|attack| {
+        let session = query.start(Request::new(playhead, attack), &mut context);
+        session.id()
+    });
     assert!(query.resume(one, &mut context).is_none());
     assert!(query.resume(two, &mut context).is_some());
 }

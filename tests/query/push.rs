@@ -16,11 +16,8 @@ fn push(baked: &BakedGraph, motion: &Motion, end: f32) -> f32 {
     let masses = baked.body().masses();
     let centre = |seconds: f32| -> Vec2 {
         let centres = centres(baked, motion, seconds);
-        let moments = centres
-            .iter()
-            .zip(&masses)
-            .map(|(at, mass)| at.xz() * *mass);
-        moments.sum()
+        let weighted = centres.iter().zip(&masses);
+        weighted.map(|(at, mass)| at.xz() * *mass).sum()
     };
     let starts = (0..).map(|step| 0.02 * step as f32);
     let starts = starts.take_while(|start| start + 0.2 <= end);
@@ -36,11 +33,8 @@ fn answer(multiple: f32, thrown: &TimedThrow, evaluation: Evaluation) -> Answer 
         push_off: multiple,
         ..QuerySettings::default()
     };
-    answer_throw(
-        &Query::new(embedded(), &settings),
-        &thrown.throw,
-        evaluation,
-    )
+    let query = Query::new(embedded(), &settings);
+    answer_throw(&query, &thrown.throw, evaluation)
 }
 
 #[test]
@@ -54,9 +48,8 @@ fn answers_push_no_harder_than_the_limit() {
         let end = thrown.throw.attack.end();
         let limited = answer(1.0, &thrown, Evaluation::Lazy);
         let results = limited.candidates.iter().map(|report| report.result);
-        let count = results
-            .filter(|&result| result == CandidateResult::TooHard)
-            .count();
+        let too_hard = results.filter(|&result| result == CandidateResult::TooHard);
+        let count = too_hard.count();
         assert_eq!(count, limited.counts.too_hard);
         refused += count;
         let tested = limited.counts.hits + limited.counts.clean;
@@ -72,10 +65,8 @@ fn answers_push_no_harder_than_the_limit() {
         let all = answer(1.0, &thrown, Evaluation::Exhaustive);
         assert_eq!(all.avoided, limited.avoided);
     }
-    assert!(
-        refused > 3 && harder > 3,
-        "{refused} refused, {harder} harder"
-    );
+    let is_tried = refused > 3 && harder > 3;
+    assert!(is_tried, "{refused} refused, {harder} harder");
 }
 
 #[test]

@@ -40,13 +40,9 @@ fn the_stages_of_a_query_and_of_a_step_are_spans() {
         let mut joints = vec![JointTransform::IDENTITY; baked.graph().skeleton().len()];
         game.pose(id, &mut joints).unwrap();
         let from = glam::Vec3::new(0.3, 0.1, 3.0);
-        let ball = Threat::ball(
-            game.now() + 0.5,
-            joints[0].translation + from,
-            -from * 2.0,
-            0.1,
-        );
-        game.threaten(ball).unwrap();
+        let place = joints[0].translation + from;
+        game.threaten(Threat::ball(game.now() + 0.5, place, -from * 2.0, 0.1))
+            .unwrap();
         game.step(0.01, &[], &mut events);
     });
     assert_eq!(spans.open(), 0);

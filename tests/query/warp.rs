@@ -8,9 +8,9 @@ use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings, 
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 
-use super::{joints, naive_clearance, taken_over};
+use super::{assert_made_again, joints, naive_clearance, taken_over};
 
 /// Which way a knee or an elbow bends: the axis of its bend, as long as the sine of it.
 fn bend_axis(joints: &[JointTransform], leg: &Leg) -> Vec3 {
@@ -31,10 +31,8 @@ fn assert_sound(baked: &BakedGraph, attack: &Attack, motion: &Motion) {
     assert!(bend.pelvis.length() <= bounds.pelvis + 1e-5, "{bend:?}");
     assert!(bend.ahead.abs() <= bounds.time + 1e-5, "{bend:?}");
     for (limb, end) in bend.ends.iter().enumerate() {
-        assert!(
-            end.length() <= bounds.end(limb) + 1e-5,
-            "limb {limb}: {end}"
-        );
+        let most = bounds.end(limb) + 1e-5;
+        assert!(end.length() <= most, "limb {limb}: {end}");
     }
     let naive = naive_clearance(baked, motion, attack, 600.0);
     assert!(naive >= -0.003, "hit, by the naive sampler: {naive}");
@@ -83,20 +81,23 @@ fn assert_sound(baked: &BakedGraph, attack: &Attack, motion: &Motion) {
     }
 }
 
-/// Throws that hit without a warp, and what becomes of them with one.
-fn hits(baked: &BakedGraph, throws: u64) -> Vec<(Attack, Answer)> {
-    // Entries avoid most of these throws; here warping is alone.
-    let settings = QuerySettings {
+/// Entries avoid most of the throws; here warping is alone.
+fn without_entries() -> QuerySettings {
+    QuerySettings {
         entries: EntryUse::none(),
         ..QuerySettings::default()
-    };
+    }
+}
+
+/// Throws that hit without a warp, and what becomes of them with one.
+fn hits(baked: &BakedGraph, count: u64) -> Vec<(Attack, Answer)> {
+    let settings = without_entries();
     let off = QuerySettings {
         warp: WarpSettings::off(),
         ..settings
     };
     let mut hits = Vec::new();
-    for index in 0..throws {
-        let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+    for throw in throws(baked, 5, count) {
         let plain = answer_throw(&Query::new(baked, &off), &throw, Evaluation::Lazy);
         let answer = answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy);
         if plain.avoided {
@@ -120,10 +121,8 @@ fn holds(baked: &BakedGraph, throws: u64, share: f32) {
         }
         cured += 1;
         let score = answer.chosen().score.unwrap();
-        assert!(
-            score.warp > 0.0 && score.total > 0.0,
-            "a warp has its price"
-        );
+        let has_price = score.warp > 0.0 && score.total > 0.0;
+        assert!(has_price, "{score:?}");
         assert_sound(baked, attack, &answer.motion);
         let exact = answer.clearance().metres;
         let naive = naive_clearance(baked, &answer.motion, attack, 1200.0);
@@ -141,33 +140,20 @@ fn warped_answers_are_clean_and_bodies() {
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn warped_answers_of_captures_are_clean_and_bodies() {
-    let baked = fight();
-    holds(baked, 150, 0.4);
+    holds(fight(), 150, 0.4);
 }
 
 #[test]
 fn a_warp_is_the_same_again_by_its_report() {
-    let baked = embedded();
-    let settings = QuerySettings {
-        entries: EntryUse::none(),
-        ..QuerySettings::default()
-    };
+    let (baked, settings) = (embedded(), without_entries());
     let query = Query::new(baked, &settings);
     let mut warped = 0;
-    for index in 0..80 {
-        let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+    for throw in throws(baked, 5, 80) {
         let answer = answer_throw(&query, &throw, Evaluation::Lazy);
         if answer.chosen().warp.is_none() {
             continue;
         }
-        let again = answer.motion_of(baked, throw.playhead, answer.chosen());
-        let mut again = again.unwrap();
-        again.extend(baked.graph(), throw.attack.end());
-        for step in 0..60 {
-            let t = throw.attack.end() * step as f32 / 60.0;
-            let [a, b] = [&answer.motion, &again].map(|motion| joints(baked, motion, t).0);
-            assert_eq!(a, b);
-        }
+        assert_made_again(&answer, &throw);
         warped += 1;
     }
     assert!(warped > 0);
@@ -208,8 +194,7 @@ fn adjusted(change: impl Fn(&mut WarpSettings)) -> Vec<(Attack, Answer, Answer)>
     let baked = embedded();
     let mut settings = QuerySettings::default();
     change(&mut settings.warp);
-    let answers = (0..100).map(|index| {
-        let throw = throw(baked, &ThrowSettings::default(), 9, index).unwrap();
+    let answers = throws(baked, 9, 100).map(|throw| {
         let [usual, other] = [QuerySettings::default(), settings]
             .map(|settings| answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy));
         (throw.attack, usual, other)
@@ -242,10 +227,8 @@ fn wide_misses_are_lessened_where_settings_say_so() {
         let [before, after] = [&usual, &other].map(|answer| answer.clearance().metres);
         if other.chosen().warp.is_some() {
             bent += 1;
-            assert!(
-                before > 0.03 && after < before && after >= 0.0,
-                "{before} and {after}"
-            );
+            let is_less = before > 0.03 && after < before && after >= 0.0;
+            assert!(is_less, "{before} and {after}");
             let [own, score] = [&usual, &other].map(|answer| answer.chosen().score.unwrap().total);
             assert!(score < own, "{score} and {own}");
             assert_sound(embedded(), &attack, &other.motion);
@@ -254,8 +237,8 @@ fn wide_misses_are_lessened_where_settings_say_so() {
     assert!(bent > 2, "{bent}");
 }
 
-/// Warped answers are taken over in the middle of their warps. Returns how many.
-fn bends_fade_out(baked: &BakedGraph, throws: u64) -> usize {
+/// Warped answers are taken over in the middle of their warps.
+fn bends_fade_out(baked: &BakedGraph, throws: u64) {
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let mut asked = 0;
@@ -272,19 +255,16 @@ fn bends_fade_out(baked: &BakedGraph, throws: u64) -> usize {
             asked += 1;
         }
     }
-    asked
+    assert!(asked > 5, "{asked}");
 }
 
 #[test]
 fn an_attack_during_a_warp_is_answered_from_the_bent_body() {
-    let asked = bends_fade_out(embedded(), 150);
-    assert!(asked > 5, "{asked}");
+    bends_fade_out(embedded(), 150);
 }
 
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn an_attack_during_a_warp_of_captures_is_answered_from_the_bent_body() {
-    let baked = fight();
-    let asked = bends_fade_out(baked, 60);
-    assert!(asked > 5, "{asked}");
+    bends_fade_out(fight(), 60);
 }

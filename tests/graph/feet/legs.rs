@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 use sabaki::anim::{Joint, Leg, Pose, Skeleton};
-use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
+use sabaki::graph::{GraphSettings, MotionGraph};
 use serde_json::json;
 
+use super::super::build;
 use super::{places, transitions, walker};
 use sabaki_fixtures::clips::{skeleton, small_skeleton, swinging_clip};
 
@@ -13,16 +14,11 @@ fn where_no_legs_are_known_nothing_is_done() {
     // Feet hang from the pelvis itself: there is no knee.
     let skeleton = small_skeleton();
     let clips = [0.3, 0.4].map(|seed| swinging_clip(&skeleton, 120, seed));
-    let source = ClipSource {
-        skeleton: &skeleton,
-        clips: &clips,
-        events: &[],
-    };
     let settings = GraphSettings {
         threshold: 3.0,
         ..GraphSettings::default()
     };
-    let (graph, _) = graph::build(source, &settings).unwrap();
+    let (graph, _) = build(&clips, &[], &settings).unwrap();
     assert!(graph.feet().legs().is_empty());
     assert_eq!(graph.foot_slide(100).planted_seconds, 0.0);
     // Names tell no feet.
@@ -61,7 +57,7 @@ fn twist_joints_and_hips_on_the_pelvis_are_no_bones() {
 
 #[test]
 fn spoilt_tables_of_feet_are_refused_or_do_no_harm() {
-    let graph = walker::graph(&walker::walk(0.0));
+    let graph = walker::walk(0.0).graph();
     graph.validate().unwrap();
     let whole = serde_json::to_value(&graph).unwrap();
     let spoilt = |place: &str, value: serde_json::Value| {
@@ -94,10 +90,8 @@ fn spoilt_tables_of_feet_are_refused_or_do_no_harm() {
         (blend("lift"), json!(-1e9)),
     ];
     for (place, value) in refused {
-        let error = spoilt(&place, value.clone())
-            .unwrap()
-            .validate()
-            .expect_err(&place);
+        let graph = spoilt(&place, value.clone()).unwrap();
+        let error = graph.validate().expect_err(&place);
         assert!(error.contains("feet"), "{place} = {value}: {error}");
     }
     // NaN has no place in JSON, but any bits have one in a file: a number that is none is refused.

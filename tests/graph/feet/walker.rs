@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, Joint, Skeleton};
-use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
+use sabaki::graph::{self, GraphSettings, MotionGraph};
 
 use sabaki_fixtures::clips;
 use sabaki_fixtures::random::Random;
@@ -115,20 +115,22 @@ pub fn changed(walk: &Walk, scale: f32, place: impl Fn(Vec3) -> Vec3) -> Walk {
     }
 }
 
-/// Of the walk and the same again.
-pub fn graph(walk: &Walk) -> MotionGraph {
-    let desc = walk.clip.desc();
-    let again = clips::clip(&walk.skeleton, "again", 30.0, desc.roots, desc.rotations);
-    let clips = [walk.clip.clone(), again];
-    let source = ClipSource {
-        skeleton: &walk.skeleton,
-        clips: &clips,
-        events: &[],
-    };
-    let settings = GraphSettings {
-        // Bodies of different sizes are compared, and the error of compressed clips does not grow with the body.
-        compression: None,
-        ..GraphSettings::default()
-    };
-    graph::build(source, &settings).unwrap().0
+impl Walk {
+    pub fn graph(&self) -> MotionGraph {
+        let settings = GraphSettings {
+            // Bodies of different sizes are compared, and the error of compressed clips does not grow with the body.
+            compression: None,
+            ..GraphSettings::default()
+        };
+        graph(&self.skeleton, &self.clip, &settings)
+    }
+}
+
+/// Of a clip and the same again.
+pub fn graph(skeleton: &Skeleton, clip: &Clip, settings: &GraphSettings) -> MotionGraph {
+    let mut again = clip.desc().clone();
+    again.name = "again".to_owned();
+    let clips = [clip.clone(), Clip::new(skeleton, again).unwrap()];
+    let built = graph::build(clips::source(skeleton, &clips, &[]), settings);
+    built.unwrap().0
 }
