@@ -3,32 +3,24 @@
 use std::sync::OnceLock;
 
 use glam::{Quat, Vec3};
-use sabaki_fixtures::clips::biped;
+use sabaki_fixtures::clips::{self, at_rest, biped, evasion, joints_of};
 
-use crate::anim::{
-    Clip, ClipDesc, Event, EventKind, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
-};
-use crate::graph::{self, ClipSource, GraphSettings};
+use crate::anim::{Clip, JointTransform, Leg, Pose, Skeleton};
+use crate::graph::{self, ClipSource, EdgeId, GraphSettings, Motion, Playhead};
 use crate::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
+use crate::math::Rigid2;
 
 /// A clip in which feet stand, knees are bent, and pelvis, spine and arms sway.
 fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
     const FRAMES: usize = 150;
     let legs = Leg::all(skeleton);
-    let mut desc = ClipDesc {
-        name: format!("sway {seed}"),
-        frame_rate: 30.0,
-        roots: Vec::new(),
-        rotations: Vec::new(),
-        translations: Vec::new(),
-    };
+    let (mut roots, mut rotations) = (Vec::new(), Vec::new());
     let rest = Pose {
         root: Vec3::new(0.0, 0.87, 0.0),
         rotations: vec![Quat::IDENTITY; skeleton.len()],
         translations: Vec::new(),
     };
-    let mut joints = Vec::new();
-    forward_kinematics(skeleton, &rest, &mut joints);
+    let joints = at_rest(skeleton, rest.root);
     let feet = [0, 1].map(|side| JointTransform {
         translation: joints[legs[side].foot.index()].translation
             + Vec3::new(0.0, 0.0, 0.15 * (1.0 - 2.0 * side as f32)),
@@ -43,16 +35,8 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
             -0.12 + 0.03 * sway(1.7, 2.0),
             0.04 * sway(0.9, 3.0),
         );
-        for (joint, size) in [
-            (0, 0.1),
-            (1, 0.15),
-            (2, 0.15),
-            (3, 0.1),
-            (5, 0.6),
-            (6, 0.9),
-            (8, 0.6),
-            (9, 0.9),
-        ] {
+        let sizes = [0.1, 0.15, 0.15, 0.1, 0.6, 0.9, 0.6, 0.9];
+        for (joint, size) in [0, 1, 2, 3, 5, 6, 8, 9].into_iter().zip(sizes) {
             let axis = Vec3::new(sway(1.3, joint as f32), sway(0.8, 5.0), sway(1.1, 7.0));
             pose.rotations[joint] = Quat::from_scaled_axis(size * axis);
         }
@@ -64,10 +48,25 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
         for (leg, foot) in legs.iter().zip(feet) {
             leg.reach(skeleton, &mut pose, foot);
         }
-        desc.roots.push(pose.root);
-        desc.rotations.extend(pose.rotations);
+        roots.push(pose.root);
+        rotations.extend(pose.rotations);
     }
-    Clip::new(skeleton, desc).unwrap()
+    clips::clip(skeleton, &format!("sway {seed}"), 30.0, roots, rotations)
+}
+
+/// The motion from the start of an edge, for two seconds.
+pub(crate) fn motion(baked: &BakedGraph, edge: EdgeId, frame: f32, place: Rigid2) -> Motion {
+    let playhead = Playhead::at(baked.graph(), edge, frame, place);
+    let mut motion = Motion::new(baked.graph(), playhead, &[]);
+    motion.extend(baked.graph(), 2.0);
+    motion
+}
+
+/// The joints of a motion.
+pub(crate) fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<JointTransform> {
+    let mut pose = Pose::default();
+    motion.sample(baked.graph(), seconds, &mut pose);
+    joints_of(baked.graph().skeleton(), &pose)
 }
 
 pub(crate) fn baked() -> &'static BakedGraph {
@@ -79,17 +78,10 @@ pub(crate) fn baked() -> &'static BakedGraph {
 pub(in crate::query) fn bake(seeds: [f32; 2]) -> BakedGraph {
     let skeleton = biped();
     let clips = seeds.map(|seed| clip(&skeleton, seed));
-    let events = [Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start: 1.8,
-        end: 2.2,
-        joints: Vec::new(),
-    }];
     let source = ClipSource {
         skeleton: &skeleton,
         clips: &clips,
-        events: &events,
+        events: &[evasion(0, 1.8, 2.2)],
     };
     let settings = GraphSettings {
         threshold: 3.0,

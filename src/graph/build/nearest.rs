@@ -395,11 +395,11 @@ impl<'a> RangeSearch<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::anim::{Clip, Event, EventKind};
+    use crate::anim::Clip;
     use crate::graph::build::input::GraphBuilder;
     use crate::graph::search::transition::Transition;
     use crate::graph::settings::{ClipSource, GraphSettings, LinkSettings};
-    use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+    use sabaki_fixtures::clips::{evasion, small_skeleton, swinging_clip};
 
     const FRAMES: usize = 150;
 
@@ -409,21 +409,15 @@ mod tests {
         let skeleton = small_skeleton();
         let clip = |seed| swinging_clip(&skeleton, FRAMES, seed as f32);
         let clips: Vec<Clip> = (0..5).map(clip).collect();
-        let event = |(clip, [first, last]): (usize, [f64; 2])| Event {
-            clip,
-            kind: EventKind::Evasion,
-            start: first / 30.0,
-            end: last / 30.0,
-            joints: Vec::new(),
-        };
         let events = [
-            (0, [40.0, 60.0]),
-            (1, [30.0, 50.0]),
-            (1, [57.0, 70.0]),
-            (3, [80.0, 100.0]),
-            (3, [106.0, 120.0]),
-        ]
-        .map(event);
+            (0, 40, 60),
+            (1, 30, 50),
+            (1, 57, 70),
+            (3, 80, 100),
+            (3, 106, 120),
+        ];
+        let seconds = |frame: i32| f64::from(frame) / 30.0;
+        let events = events.map(|(clip, first, last)| evasion(clip, seconds(first), seconds(last)));
         let source = ClipSource {
             skeleton: &skeleton,
             clips: &clips,

@@ -1,8 +1,6 @@
 //! Compares the fast tests of cuts and layers with the played motion, sampled frame by frame.
 
-use crate::anim::{
-    Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
-};
+use crate::anim::{Clip, ClipDesc, Envelope, JointId, Pose, Skeleton};
 use crate::graph::build;
 use crate::graph::{
     ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph,
@@ -12,10 +10,11 @@ use crate::maps::entries::examine::{Cut, Examiner};
 use crate::maps::entries::frames::FrameSampler;
 use crate::maps::entries::layers::LayerTest;
 use crate::maps::entries::limits::{MotionLimits, departure, departures, head};
+use crate::maps::entries::table::{BLENDS, RATES};
 use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
-use sabaki_fixtures::clips::biped;
+use sabaki_fixtures::clips::{biped, evasion, joints_of};
 
 /// A body that sways with a period of two seconds: each joint by its own amplitude and phase.
 fn clip(skeleton: &Skeleton, moves_joints: bool) -> Clip {
@@ -54,17 +53,10 @@ fn clip(skeleton: &Skeleton, moves_joints: bool) -> Clip {
 fn graph(moves_joints: bool) -> MotionGraph {
     let skeleton = biped();
     let clips = [clip(&skeleton, moves_joints)];
-    let event = Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start: 3.0,
-        end: 4.0,
-        joints: Vec::new(),
-    };
     let source = ClipSource {
         skeleton: &skeleton,
         clips: &clips,
-        events: &[event],
+        events: &[evasion(0, 3.0, 4.0)],
     };
     let settings = GraphSettings {
         compression: None,
@@ -75,13 +67,14 @@ fn graph(moves_joints: bool) -> MotionGraph {
 
 /// Artificial limits. The limit that a cut exceeds first differs from cut to cut.
 fn limits(joints: usize, scale: f32) -> MotionLimits {
+    let rising = |from: f32, by: f32| {
+        (0..joints)
+            .map(|j| scale * (from + j as f32 * by))
+            .collect()
+    };
     MotionLimits {
-        joint_speed: (0..joints)
-            .map(|j| scale * (9.0 + j as f32 * 0.3))
-            .collect(),
-        joint_acceleration: (0..joints)
-            .map(|j| scale * (200.0 + j as f32 * 6.0))
-            .collect(),
+        joint_speed: rising(9.0, 0.3),
+        joint_acceleration: rising(200.0, 6.0),
         hip_departure: [0.12, 0.18].map(|limit| scale * limit),
         head_departure: [0.2, 0.28].map(|limit| scale * limit),
         toe_speed: scale * 1.5,
@@ -110,9 +103,7 @@ impl Played<'_> {
     }
 
     fn place(&self, frame: usize, joint: JointId) -> Vec3 {
-        let mut joints = Vec::new();
-        forward_kinematics(self.graph.skeleton(), &self.poses[frame], &mut joints);
-        joints[joint.index()].translation
+        joints_of(self.graph.skeleton(), &self.poses[frame])[joint.index()].translation
     }
 
     fn joints(&self, limits: &MotionLimits, frames: usize) -> f32 {
@@ -162,11 +153,10 @@ impl Played<'_> {
 
 /// Frames of the clip that the graph plays.
 fn places(graph: &MotionGraph) -> Vec<ClipFrame> {
-    let clip_edges = graph
-        .edge_ids()
-        .filter(|&id| graph.edge(id).motion == EdgeMotion::Clip);
-    clip_edges
-        .flat_map(|id| (0..graph.edge(id).frames).map(move |at| (id, at)))
+    let edges = graph.edge_ids().map(|id| (id, graph.edge(id)));
+    let of_clips = edges.filter(|(_, edge)| edge.motion == EdgeMotion::Clip);
+    let frames = of_clips.flat_map(|(id, edge)| (0..edge.frames).map(move |at| (id, at)));
+    frames
         .map(|(id, at)| ClipFrame::new(graph, id, at))
         .collect()
 }
@@ -227,14 +217,8 @@ fn a_cut_is_plausible_within_the_limits_of_the_played_motion() {
                 };
                 examiner.cut(cut).is_plausible(blend)
             };
-            assert!(
-                fits(share * 1.005),
-                "cut {number}, joints that move: {moves_joints}: {shares:?}"
-            );
-            assert!(
-                !fits(share * 0.995),
-                "cut {number}, joints that move: {moves_joints}: {shares:?}"
-            );
+            let is_sharp = fits(share * 1.005) && !fits(share * 0.995);
+            assert!(is_sharp, "cut {number}, {moves_joints}: {shares:?}");
         }
         binding.sort_unstable();
         binding.dedup();
@@ -250,11 +234,8 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
     let (places, mut test) = (places(&graph), LayerTest::new(&graph));
     for number in 0..60_u32 {
         let [now, target] = ends(&places, number);
-        let index = number as usize % crate::maps::entries::table::BLENDS.len();
-        let (blend, speed) = (
-            crate::maps::entries::table::BLENDS[index],
-            crate::maps::entries::table::RATES[number as usize / 3 % 3],
-        );
+        let index = number as usize % BLENDS.len();
+        let (blend, speed) = (BLENDS[index], RATES[number as usize / 3 % 3]);
         let start = 1.0 / rate;
         let envelope = Envelope {
             start,
@@ -285,7 +266,7 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
             let base = test.base(before, &limits);
             test.is_plausible(&base, &wanted, index)
         };
-        assert!(fits(share * 1.005), "layer {number}: {joint_share} {head}");
-        assert!(!fits(share * 0.995), "layer {number}: {joint_share} {head}");
+        let is_sharp = fits(share * 1.005) && !fits(share * 0.995);
+        assert!(is_sharp, "layer {number}: {joint_share} {head}");
     }
 }

@@ -130,36 +130,24 @@ fn limbs(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::anim::{EventKind, Joint, JointKind};
+    use crate::anim::EventKind;
     use crate::graph::ClipId;
+    use sabaki_fixtures::clips::skeleton;
 
     #[test]
     fn a_hand_without_a_bone_attacks_as_thick_as_its_arm() {
-        let joint = |name: &str, parent: Option<u16>, offset| Joint {
-            name: name.to_owned(),
-            parent: parent.map(JointId),
-            offset,
-            kind: JointKind::Moving,
-        };
-        let joints = [
+        let skeleton = skeleton(&[
             ("Hips", None, Vec3::ZERO),
             ("LeftArm", Some(0), Vec3::X),
             ("LeftHand", Some(1), Vec3::X),
-        ];
-        let skeleton = Skeleton::new(
-            joints
-                .map(|(name, parent, offset)| joint(name, parent, offset))
-                .into(),
-        )
-        .unwrap();
+        ]);
         let body = Body::from_bones(&skeleton);
-        let joints = vec![JointId(2)];
         let event = GraphEvent {
             clip: ClipId(0),
             kind: EventKind::Attack,
             first: 0,
             last: 1,
-            joints,
+            joints: vec![JointId(2)],
         };
         let spheres = attacking(&skeleton, &body, &event);
         assert_eq!((spheres.len(), spheres[0].joint), (1, JointId(2)));

@@ -228,10 +228,8 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-    use crate::anim::{Pose, forward_kinematics};
-    use crate::graph::{Motion, Playhead};
     use crate::math::Rigid2;
-    use crate::query::fixture::baked;
+    use crate::query::fixture::{self, baked};
 
     /// One obstacle of each kind within some metres of the origin, which moves at up to `speed`.
     fn obstacles(random: &mut Pcg64Mcg, speed: f32) -> Vec<Obstacle> {
@@ -247,12 +245,11 @@ mod tests {
             Obstacle::polygon(&corners),
             Obstacle::disc(ground(5), 0.3),
         ];
-        solids
-            .map(|solid| {
-                let velocity = Vec3::new(number(1.0), number(0.3), number(1.0)) * speed;
-                solid.unwrap().moving(velocity).unwrap().later(0.3, 0.02)
-            })
-            .to_vec()
+        let moved = solids.map(|solid| {
+            let velocity = Vec3::new(number(1.0), number(0.3), number(1.0)) * speed;
+            solid.unwrap().moving(velocity).unwrap().later(0.3, 0.02)
+        });
+        moved.to_vec()
     }
 
     #[test]
@@ -271,10 +268,8 @@ mod tests {
                 let near: Vec<u32> = cells.near(Vec2::new(point.x, point.z)).collect();
                 for (index, obstacle) in obstacles.iter().enumerate() {
                     let touches = obstacle.distance(point, time) < radius;
-                    assert!(
-                        !touches || near.contains(&(index as u32)),
-                        "{obstacle:?} {point}"
-                    );
+                    let is_named = near.contains(&(index as u32));
+                    assert!(!touches || is_named, "{obstacle:?} {point}");
                     touched += usize::from(touches);
                 }
                 named += near.len();
@@ -315,16 +310,11 @@ mod tests {
                 assert!((harm - hit.harm).abs() < 1e-4, "{harm} {hit:?}");
             }
             let edge = crate::graph::EdgeId((round % graph.edges().len()) as u32);
-            let playhead = Playhead::at(graph, edge, 0.0, place);
-            let mut motion = Motion::new(graph, playhead, &[]);
-            motion.extend(graph, 2.0);
+            let motion = fixture::motion(baked, edge, 0.0, place);
             let on_motion = near.until(graph, motion.moment_at(1.5), 0.0);
             if let Some(hit) = on_motion {
-                let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
-                motion.sample(graph, hit.time, &mut pose);
-                forward_kinematics(graph.skeleton(), &pose, &mut joints);
-                body.centres(&joints, &mut centres);
-                let harm = harm(hit, centres[hit.sphere]);
+                let joints = fixture::joints(baked, &motion, hit.time);
+                let harm = harm(hit, body.spheres[hit.sphere].centre(&joints));
                 assert!(hit.harm > 0.0 && harm >= hit.harm - 1e-4, "{harm} {hit:?}");
             }
             for hit in [on_track, on_motion] {

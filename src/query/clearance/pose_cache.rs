@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use crate::graph::{EdgeId, Played};
     use crate::math::Rigid2;
-    use crate::query::fixture::{bake, baked};
+    use crate::query::fixture::{self, bake, baked};
 
     /// Motions of two graphs in turn, on few edges at two places, so that poses come again. Most continue one of two blends, which last for 0.2 s.
     #[test]
@@ -156,10 +156,7 @@ mod tests {
             let graph = baked.graph();
             let motion = |edge: usize, place: f32| {
                 let place = Rigid2::new(0.3, place, 0.0);
-                let at = Playhead::at(graph, EdgeId(edge as u32), 0.0, place);
-                let mut motion = Motion::new(graph, at, &[]);
-                motion.extend(graph, 1.5);
-                motion
+                fixture::motion(baked, EdgeId(edge as u32), 0.0, place)
             };
             let mut tested = motion(round % 2, 0.0);
             if round % 4 > 0 {
@@ -181,9 +178,8 @@ mod tests {
             for tick in 0..60 {
                 let moment = tested.moment_at(tick as f32 / 60.0);
                 let number = cache.number(baked, moment);
-                let (mut pose, mut joints, mut rows) = (Pose::default(), Vec::new(), Vec::new());
-                tested.sample(graph, moment.seconds, &mut pose);
-                forward_kinematics(graph.skeleton(), &pose, &mut joints);
+                let joints = fixture::joints(baked, &tested, moment.seconds);
+                let mut rows = Vec::new();
                 baked.body_rows().push(&joints, &mut rows);
                 if cache.has_joints {
                     assert_eq!(cache.joints(baked, number), joints, "{round} {tick}");

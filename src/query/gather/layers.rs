@@ -336,18 +336,15 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::graph::Playhead;
     use crate::math::Rigid2;
-    use crate::query::fixture::baked;
+    use crate::query::fixture::{self, baked};
 
     /// Naive distance at the same moments, from the body as it is played.
     fn naive(motion: &Motion, ranking: &LayerRanking) -> f32 {
         let (baked, mut centres) = (baked(), Vec::new());
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
         let mut least = f32::INFINITY;
         for moment in &ranking.moments {
-            motion.sample(baked.graph(), moment.seconds, &mut pose);
-            forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+            let joints = fixture::joints(baked, motion, moment.seconds);
             baked.body().centres(&joints, &mut centres);
             for (centre, radius) in centres.iter().zip(&ranking.upper) {
                 for key in &moment.attack {
@@ -402,8 +399,7 @@ mod tests {
             let evasion = graph.node(graph.edge(baked.evasions()[0].edge).from);
             let to_world = Rigid2::new(heading, 1.0, -2.0);
             let edge = graph.edge_ids().find(|&id| graph.node(graph.edge(id).from).clip != evasion.clip).unwrap();
-            let mut motion = Motion::new(graph, Playhead::at(graph, edge, start, to_world), &[]);
-            motion.extend(graph, 2.0);
+            let mut motion = fixture::motion(baked, edge, start, to_world);
             let root = motion.root(graph, 0.4).with_y(height);
             let along = Vec3::new(way, 0.1, 1.0 - way.abs()) * 2.0;
             let key = |t: f32, center: Vec3| SphereKey { t, center, radius: 0.1 };

@@ -331,9 +331,9 @@ impl Contact {
 mod tests {
     use super::*;
     use crate::anim::{Bend, Envelope, Warp};
-    use crate::graph::{EdgeId, Playhead};
+    use crate::graph::EdgeId;
     use crate::math::Rigid2;
-    use crate::query::fixture::baked;
+    use crate::query::fixture::{self, baked};
     use proptest::prelude::*;
 
     const ENVELOPE: Envelope = Envelope {
@@ -366,9 +366,7 @@ mod tests {
             envelope: ENVELOPE,
             bend,
         }));
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
-        motion.sample(baked.graph(), 60.0 / SAMPLE_RATE, &mut pose);
-        forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+        let joints = fixture::joints(baked, &motion, 60.0 / SAMPLE_RATE);
         baked.body().spheres[sphere].centre(&joints)
     }
 
@@ -384,9 +382,7 @@ mod tests {
             // The displacement of a hand does not rotate with the trunk as its arm does. Without one the result is exact.
             let bend = Bend { ends: [bend.ends[0], bend.ends[1], Vec3::ZERO, Vec3::ZERO], ..bend };
             let sphere = picked.index(baked.body().spheres.len());
-            let playhead = Playhead::at(baked.graph(), EdgeId(0), start, Rigid2::IDENTITY);
-            let mut motion = Motion::new(baked.graph(), playhead, &[]);
-            motion.extend(baked.graph(), 2.0);
+            let mut motion = fixture::motion(baked, EdgeId(0), start, Rigid2::IDENTITY);
             motion.set_warp(Some(Warp { envelope: ENVELOPE, bend }));
             let mut tick = Tick::default();
             tick.restart(60);
