@@ -44,64 +44,51 @@ fn measure(report: &mut Report) {
         true => &SIZES[..SIZES.len() - 1],
         false => &SIZES[..],
     };
-    report.table("candidates culled", &COLUMNS);
-    for (maps, baked) in &maps {
-        for (counts, counted) in [("a choice", Counted::FOR_A_CHOICE), ("all", Counted::ALL)] {
-            let name = |size| format!("{maps} maps, counts for {counts}, {size:6}");
-            of_candidates(
-                &mut device,
-                baked,
-                counted,
-                sizes,
-                |device, cullers, input| {
-                    let size = input.candidates.len();
-                    report.row(name(size), |column| {
-                        cullers.count(device, column, &[*input])
-                    });
-                },
-            );
+    let clocks = [
+        ("", &COLUMNS[..], None),
+        (", by the device's timestamps", &COLUMNS[1..], Some(&clock)),
+    ];
+    for (by, columns, clock) in clocks {
+        report.table(&format!("candidates culled{by}"), columns);
+        for (maps, baked) in &maps {
+            for (counts, counted) in [("a choice", Counted::FOR_A_CHOICE), ("all", Counted::ALL)] {
+                let name = format!("{maps} maps, counts for {counts}");
+                let device = &mut device;
+                of_candidates(device, baked, counted, sizes, |device, cullers, input| {
+                    let name = format!("{name}, {:6}", input.candidates.len());
+                    row(report, name, device, cullers, clock, &[*input]);
+                });
+            }
         }
     }
-    report.table(
-        "candidates culled, by the device's timestamps",
-        &COLUMNS[1..],
-    );
-    for (maps, baked) in &maps {
-        let counted = Counted::FOR_A_CHOICE;
-        of_candidates(
-            &mut device,
-            baked,
-            counted,
-            sizes,
-            |device, cullers, input| {
-                let name = format!("{maps} maps, {:6}", input.candidates.len());
-                report.row_of_times(name, |column| {
-                    cullers.time_on_device(device, &clock, column + 1, &[*input])
-                });
-            },
-        );
-    }
-    report.table("queries in one submission", &COLUMNS);
-    for (maps, baked) in &maps {
-        of_queries(&mut device, baked, |device, cullers, inputs| {
-            let name = format!("{maps} maps, {:3}", inputs.len());
-            report.row(name, |column| cullers.count(device, column, inputs));
-        });
-    }
-    report.table(
-        "queries in one submission, by the device's timestamps",
-        &COLUMNS[1..],
-    );
-    for (maps, baked) in &maps {
-        of_queries(&mut device, baked, |device, cullers, inputs| {
-            let name = format!("{maps} maps, {:3}", inputs.len());
-            report.row_of_times(name, |column| {
-                cullers.time_on_device(device, &clock, column + 1, inputs)
+    for (by, columns, clock) in clocks {
+        report.table(&format!("queries in one submission{by}"), columns);
+        for (maps, baked) in &maps {
+            of_queries(&mut device, baked, |device, cullers, inputs| {
+                let name = format!("{maps} maps, {:3}", inputs.len());
+                row(report, name, device, cullers, clock, inputs);
             });
-        });
+        }
     }
     clock.destroy(&device);
     let _ = device.destroy();
+}
+
+/// Measures a row, by the device's clock if there is one.
+fn row(
+    report: &mut Report,
+    name: String,
+    device: &mut Headless,
+    cullers: &mut Cullers,
+    clock: Option<&DeviceClock>,
+    inputs: &[CullInput<'_>],
+) {
+    match clock {
+        None => report.row(name, |column| cullers.count(device, column, inputs)),
+        Some(clock) => report.row_of_times(name, |column| {
+            cullers.time_on_device(device, clock, column + 1, inputs)
+        }),
+    }
 }
 
 /// Whether the device is the CPU itself.

@@ -9,17 +9,20 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rustix::time::{ClockId, clock_gettime};
 use sabaki::anim::JointTransform;
 use sabaki::archive;
 use sabaki::character::{
-    CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, Threat,
+    CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
+    CrowdPoseSettings, Goal, Threat,
 };
+use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
 use sabaki::maps::BakedGraph;
-use sabaki::math::{Rigid2, Sphere};
+use sabaki::math::{F32x16, Rigid2, Sphere};
+use sabaki::query::Obstacle;
 use sabaki_fixtures::baked::embedded_file;
-use sabaki_fixtures::memory::{Counting, allocations};
+use sabaki_fixtures::memory::{Counting, allocations, status};
 use sabaki_fixtures::random::Random;
 
 #[global_allocator]
@@ -43,10 +46,10 @@ fn main() {
         place.and_then(|place| options.get(place + 1).map(PathBuf::from))
     };
     if let Some(file) = option("--resident") {
-        let before = resident();
+        let before = status("VmRSS:");
         let baked = Arc::new(archive::read(&file).unwrap());
         let characters = Characters::new(baked, CharacterSettings::default());
-        println!("{}", resident() - before);
+        println!("{}", status("VmRSS:") - before);
         return drop(characters);
     }
     let folder = tempfile::tempdir().unwrap();
@@ -58,12 +61,13 @@ fn main() {
         "milliseconds", "median", "99%", "worst"
     );
     let only = option("--only").map(|name| name.to_string_lossy().into_owned());
-    let parts: [(&str, Part); 7] = [
+    let parts: [(&str, Part); 8] = [
         ("steps", steps),
         ("searches", searches),
         ("plans", plans),
         ("unavoidable", unavoidable),
         ("warm", warm),
+        ("poses", poses),
         ("rollback", rollback),
         ("fire", under_fire),
     ];
@@ -81,14 +85,6 @@ fn main() {
 fn thread_milliseconds() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     1e3 * time.tv_sec as f64 + 1e-6 * time.tv_nsec as f64
-}
-
-/// Memory of this process that is resident, in bytes; 0 where the system does not tell.
-fn resident() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
-    kilobytes.map_or(0.0, |kilobytes| 1024.0 * kilobytes)
 }
 
 fn note(figures: &mut Figures, name: &'static str, value: f64) {
@@ -136,6 +132,7 @@ struct Game {
     characters: Characters,
     ids: Vec<CharacterId>,
     random: Random,
+    obstacles: Vec<Obstacle>,
     events: Vec<CharacterEvent>,
 }
 
@@ -152,6 +149,7 @@ impl Game {
             ids: ids.collect(),
             characters,
             random: Random::new(7),
+            obstacles: Vec::new(),
             events: Vec::new(),
         };
         game.play(30, |_| ());
@@ -163,7 +161,8 @@ impl Game {
         let mut one = || {
             before(self);
             let started = thread_milliseconds();
-            self.characters.step(FRAME, &[], &mut self.events);
+            self.characters
+                .step(FRAME, &self.obstacles, &mut self.events);
             thread_milliseconds() - started
         };
         (0..frames).map(|_| one()).collect()
@@ -270,23 +269,29 @@ fn searches(baked: &Arc<BakedGraph>, figures: &mut Figures) {
 }
 
 fn plans(baked: &Arc<BakedGraph>, figures: &mut Figures) {
-    let mut game = Game::new(baked, 1, CharacterSettings::default());
-    let threatened = |game: &mut Game| {
+    let threatened = |game: &mut Game, obstacles: usize| {
         game.play(150, |_| ());
+        let middle = game.middle(0);
+        let disc = |index: usize| {
+            let far = 1.2 + 4.0 * index as f32 / obstacles as f32;
+            let way = Vec2::from_angle(index as f32 * 2.4) * far;
+            Obstacle::disc(Vec2::new(middle.x, middle.z) + way, 0.2).unwrap()
+        };
+        game.obstacles = (0..obstacles).map(disc).collect();
         for index in 0..game.ids.len() {
             let threat = game.ball(index, 8.0, 1.2);
             game.characters.threaten(threat).unwrap();
         }
         game.play(1, |_| ())[0]
     };
-    let times: Vec<f64> = (0..60).map(|_| threatened(&mut game)).collect();
-    note(
-        figures,
-        "plan_ms",
-        row("one plan, for a ball seen 1.2 s before", &times).0,
-    );
+    for (figure, obstacles) in [("plan_ms", 0), ("plan_among_obstacles_ms", 100)] {
+        let mut game = Game::new(baked, 1, CharacterSettings::default());
+        let times: Vec<f64> = (0..60).map(|_| threatened(&mut game, obstacles)).collect();
+        let name = format!("one plan, for a ball seen 1.2 s before, {obstacles} obstacles");
+        note(figures, figure, row(&name, &times).0);
+    }
     let mut game = Game::new(baked, 200, CharacterSettings::default());
-    let times: Vec<f64> = (0..5).map(|_| threatened(&mut game)).collect();
+    let times: Vec<f64> = (0..5).map(|_| threatened(&mut game, 0)).collect();
     note(
         figures,
         "plans_of_200_ms",
@@ -368,6 +373,38 @@ fn warm(baked: &Arc<BakedGraph>, figures: &mut Figures) {
             note(figures, "allocations_per_step", made as f64 / FRAMES as f64);
         }
     }
+}
+
+/// Poses of many walkers: one character after the other with all joints, and all at once on levels of detail seen from the edge of the crowd.
+fn poses(baked: &Arc<BakedGraph>, figures: &mut Figures) {
+    const COUNT: usize = 1000;
+    let mut game = Game::new(baked, COUNT, CharacterSettings::default());
+    game.walk();
+    let graph = baked.graph();
+    let levels = Levels::build(graph.skeleton(), graph.clips(), &LevelSettings::default()).unwrap();
+    let settings = CrowdPoseSettings {
+        switching: Switching::new(&levels, &SwitchSettings::default()).unwrap(),
+        ..CrowdPoseSettings::default()
+    };
+    game.characters.use_crowd(&levels, settings).unwrap();
+    let mut out = vec![F32x16::ZERO; game.characters.max_output_len(COUNT)];
+    let (mut one_by_one, mut all_at_once) = (Vec::new(), Vec::new());
+    for _ in 0..100 {
+        game.play(1, |_| ());
+        let started = thread_milliseconds();
+        for index in 0..COUNT {
+            game.middle(index);
+        }
+        let posed = thread_milliseconds();
+        let eye = Vec3::new(-5.0, 1.7, -5.0);
+        game.characters.pose_all(eye, &mut out).unwrap();
+        one_by_one.push(posed - started);
+        all_at_once.push(thread_milliseconds() - posed);
+    }
+    let name = format!("{COUNT} walkers, posed one by one");
+    note(figures, "pose_one_by_one_ms", row(&name, &one_by_one).0);
+    let name = format!("{COUNT} walkers, posed at once");
+    note(figures, "pose_all_ms", row(&name, &all_at_once).0);
 }
 
 /// Eight frames of walkers that are stepped from a saved state, which then comes back, as in a game with rollback.

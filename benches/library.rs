@@ -21,6 +21,7 @@ use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::memory::status;
 use sabaki_fixtures::spans::Spans;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::ClipSet;
@@ -223,7 +224,13 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path, spans: &Spans) -> Ba
     let _ = Characters::new(Arc::new(baked), CharacterSettings::default()).unwrap();
     println!("steering table in {:.2} s", started.elapsed().as_secs_f64());
     let minutes = made.clips.iter().map(Clip::duration).sum::<f64>() / 60.0;
-    [minutes, seconds, peak_memory(), bytes as f64 / 1e6, load]
+    [
+        minutes,
+        seconds,
+        1e-6 * status("VmHWM:"),
+        bytes as f64 / 1e6,
+        load,
+    ]
 }
 
 fn print_stages(spans: &Spans) {
@@ -260,12 +267,4 @@ fn queries(baked: &BakedGraph) {
         times[times.len() / 2],
         times[times.len() * 99 / 100]
     );
-}
-
-/// Largest memory of this process so far, in megabytes; 0 where the system does not tell.
-fn peak_memory() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
-    kilobytes.map_or(0.0, |kilobytes| kilobytes / 1024.0)
 }

@@ -1,20 +1,19 @@
-//! What a bench prints at its end: a table with its columns side by side, the same as JSON, and two records compared.
+//! What a bench prints at its end: a table with its columns side by side, and the same as JSON.
 //!
 //! `cargo bench --bench NAME`, with these options after `--`:
-//! `--json FILE` writes the record, `--record FILE` the same as Markdown (for `benches/record`), `--seconds S` sets the time for each row (default 3), `--rows WORDS` measures only rows whose
-//! names contain the words, and
-//! `--compare OLD.json NEW.json` measures nothing and compares two records.
+//! `--json FILE` writes the record, `--record FILE` the same as Markdown (for `benches/record`), `--seconds S` sets the time for each row (default 3),
+//! and `--rows WORDS` measures only rows whose names contain the words.
 
 use std::fmt::{Display, Write};
 use std::hint::black_box;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// One run of a bench: on what, and the times.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 struct Record {
     bench: String,
     cpu: String,
@@ -27,28 +26,23 @@ struct Record {
 }
 
 /// Rows of times, with the same columns. The first column is what the others are compared with.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 struct Table {
     title: String,
     /// What the times are counted in.
-    #[serde(default = "milliseconds")]
     unit: String,
     columns: Vec<String>,
     rows: Vec<Row>,
 }
 
-fn milliseconds() -> String {
-    "milliseconds".to_owned()
-}
-
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 struct Row {
     name: String,
     times: Vec<Times>,
 }
 
 /// Times of one call, or of an item of it, in the unit of the table.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy, Serialize)]
 struct Times {
     median: f64,
     fastest: f64,
@@ -61,44 +55,30 @@ pub(crate) struct Report {
     settings: Settings,
 }
 
-/// What is measured, and for how long.
+/// What is measured, for how long, and where it is written to.
 struct Settings {
     /// For each row.
     time: Duration,
     /// Only rows whose names contain it are measured.
     rows: String,
-}
-
-enum Options {
-    Measure {
-        json: Option<PathBuf>,
-        markdown: Option<PathBuf>,
-        settings: Settings,
-    },
-    Compare(PathBuf, PathBuf),
+    json: Option<PathBuf>,
+    markdown: Option<PathBuf>,
 }
 
 impl Report {
     /// Runs a bench as its options say: `measure` fills the report.
     pub(crate) fn main(bench: &str, measure: impl FnOnce(&mut Self)) -> ExitCode {
-        let done = Options::parse().and_then(|options| match options {
-            Options::Compare(old, new) => compare(&old, &new),
-            Options::Measure {
-                json,
-                markdown,
-                settings,
-            } => {
-                let mut report = Self::new(bench, settings);
-                measure(&mut report);
-                let record = &report.record;
-                let json = json.map(|path| (path, record.json()));
-                let markdown = markdown.map(|path| (path, record.markdown()));
-                for (path, text) in json.into_iter().chain(markdown) {
-                    let written = std::fs::write(&path, text);
-                    written.map_err(|error| format!("{}: {error}", path.display()))?;
-                }
-                Ok(record.text())
+        let done = Settings::parse().and_then(|settings| {
+            let mut report = Self::new(bench, settings);
+            measure(&mut report);
+            let Self { record, settings } = report;
+            let json = settings.json.map(|path| (path, record.json()));
+            let markdown = settings.markdown.map(|path| (path, record.markdown()));
+            for (path, text) in json.into_iter().chain(markdown) {
+                let written = std::fs::write(&path, text);
+                written.map_err(|error| format!("{}: {error}", path.display()))?;
             }
+            Ok(record.text())
         });
         match done {
             Ok(text) => {
@@ -137,7 +117,7 @@ impl Report {
 
     /// Begins a table of milliseconds.
     pub(crate) fn table(&mut self, title: &str, columns: &[&str]) {
-        self.table_in(&milliseconds(), title, columns);
+        self.table_in("milliseconds", title, columns);
     }
 
     /// Begins a table of times in another unit.
@@ -220,21 +200,21 @@ impl Report {
     }
 }
 
-impl Options {
+impl Settings {
     fn parse() -> Result<Self, String> {
-        let (mut json, mut markdown) = (None, None);
-        let mut settings = Settings {
+        let mut settings = Self {
             time: Duration::from_secs(3),
             rows: String::new(),
+            json: None,
+            markdown: None,
         };
         // Cargo says itself that this is a bench.
         let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
         while let Some(arg) = args.next() {
             let mut value = || args.next().ok_or_else(|| format!("{arg} needs a value"));
             match arg.as_str() {
-                "--json" => json = Some(value()?.into()),
-                "--record" => markdown = Some(value()?.into()),
-                "--compare" => return Ok(Self::Compare(value()?.into(), value()?.into())),
+                "--json" => settings.json = Some(value()?.into()),
+                "--record" => settings.markdown = Some(value()?.into()),
                 "--seconds" => {
                     let seconds = value()?.parse().ok();
                     let seconds = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
@@ -243,16 +223,12 @@ impl Options {
                 }
                 "--rows" => settings.rows = value()?,
                 other => {
-                    let known = "--json, --record, --seconds, --rows, --compare";
+                    let known = "--json, --record, --seconds, --rows";
                     return Err(format!("{other}: known are {known}"));
                 }
             }
         }
-        Ok(Self::Measure {
-            json,
-            markdown,
-            settings,
-        })
+        Ok(settings)
     }
 }
 
@@ -268,12 +244,6 @@ impl Times {
 }
 
 impl Record {
-    fn read(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path);
-        let record = text.and_then(|text| Ok(serde_json::from_str(&text)?));
-        record.map_err(|error| format!("{}: {error}", path.display()))
-    }
-
     fn json(&self) -> String {
         // Numbers, texts and lists alone: nothing that has no JSON.
         serde_json::to_string_pretty(self).unwrap() + "\n"
@@ -329,30 +299,6 @@ impl Record {
         }
         text
     }
-
-    fn cells(&self) -> impl Iterator<Item = (Key<'_>, Times)> {
-        self.tables.iter().flat_map(|table| {
-            table.rows.iter().flat_map(move |row| {
-                let columns = table.columns.iter().zip(&row.times);
-                columns.map(move |(column, times)| {
-                    let key = Key {
-                        table: &table.title,
-                        row: &row.name,
-                        column,
-                    };
-                    (key, *times)
-                })
-            })
-        })
-    }
-}
-
-/// What a time was measured of.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Key<'a> {
-    table: &'a str,
-    row: &'a str,
-    column: &'a str,
 }
 
 impl Table {
@@ -381,62 +327,6 @@ impl Table {
         }
         rows
     }
-}
-
-/// Two records of one bench, cell by cell, and the mean ratio of each column.
-fn compare(old_path: &Path, new_path: &Path) -> Result<String, String> {
-    let (old, new) = (Record::read(old_path)?, Record::read(new_path)?);
-    if old.bench != new.bench {
-        return Err(format!(
-            "a record of {} and one of {}",
-            old.bench, new.bench
-        ));
-    }
-    let mut text = format!(
-        "\n{}\nold: {}\nnew: {}\n\n",
-        new.bench,
-        old.place(),
-        new.place()
-    );
-    let mut rows = vec![["", "old", "new", "new ÷ old"].map(str::to_owned).to_vec()];
-    let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
-    let (mut matched, mut only_new) = (0, 0);
-    for (key, times) in new.cells() {
-        let Some((_, before)) = old.cells().find(|(other, _)| *other == key) else {
-            only_new += 1;
-            continue;
-        };
-        matched += 1;
-        let share = times.median / before.median;
-        match columns.iter_mut().find(|(column, _)| *column == key.column) {
-            Some((_, shares)) => shares.push(share),
-            None => columns.push((key.column, vec![share])),
-        }
-        let name = format!("{}, {}, {}", key.table, key.row, key.column);
-        rows.push(vec![
-            name,
-            digits(before.median),
-            digits(times.median),
-            ratio(share),
-        ]);
-    }
-    text.push_str(&aligned(&rows));
-    for (column, shares) in &columns {
-        let mean = shares.iter().map(|share| share.ln()).sum::<f64>() / shares.len() as f64;
-        let _ = writeln!(
-            text,
-            "{column}: {} in the geometric mean",
-            ratio(mean.exp())
-        );
-    }
-    let only_old = old.cells().count() - matched;
-    if only_new + only_old > 0 {
-        let _ = writeln!(
-            text,
-            "not compared: {only_old} times of the old record, {only_new} of the new one"
-        );
-    }
-    Ok(text)
 }
 
 /// Columns as wide as their widest cell; the first one to the left, the others to the right.
