@@ -5,6 +5,7 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, JointKind, Pose, Skeleton};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::joints_at;
+pub(crate) use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_fixtures::lod::random_case;
 use sabaki_fixtures::random::Random;
 use sabaki_import::gltf::{self, GltfFile};
@@ -13,27 +14,6 @@ use serde_json::{Value, json};
 
 fn parse(bytes: &[u8]) -> GltfFile {
     GltfFile::parse(bytes, |file| panic!("{} is not asked for", file.display())).unwrap()
-}
-
-/// The document and the binary part of a GLB file.
-pub(crate) fn glb_parts(bytes: &[u8]) -> (Value, Vec<u8>) {
-    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let json = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
-    (json, bytes[28 + length..].to_vec())
-}
-
-/// A GLB file of a document and a binary part.
-pub(crate) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut json = document.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut bytes = b"glTF\x02\0\0\0".to_vec();
-    bytes.extend((28 + json.len() as u32 + binary.len() as u32).to_le_bytes());
-    for (kind, part) in [(b"JSON", json.as_slice()), (b"BIN\0", binary)] {
-        bytes.extend((part.len() as u32).to_le_bytes());
-        bytes.extend(kind);
-        bytes.extend(part);
-    }
-    bytes
 }
 
 #[test]

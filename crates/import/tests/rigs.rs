@@ -8,6 +8,7 @@ use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettin
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::{BakeSettings, Baker, Body};
 use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
+use sabaki_fixtures::files::below_root;
 use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_bvh, read_clip, read_clips};
 
 /// A small file of this test.
@@ -131,7 +132,7 @@ fn figures_stand_on_the_ground() {
     let plain = read(case("hips_root.bvh"));
     assert_eq!(plain.warnings, Vec::<String>::new());
     // As programs write it whose root stays at the origin.
-    let sunk = wrapped(&text, [0.0; 3], |_| [0.0, 92.0, 0.0, 0.0, 0.0, 0.0]);
+    let sunk = below_root(&text, |_| [0.0, 92.0, 0.0, 0.0, 0.0, 0.0]);
     let sunk = sunk.replace("\n0.0 92.0 0.0 ", "\n0.0 0.0 0.0 ");
     let file = folder.path().join("sunk.bvh");
     std::fs::write(&file, sunk).unwrap();
@@ -147,35 +148,6 @@ fn figures_stand_on_the_ground() {
     }
     let alone = read_clip(&file, &ReadOptions::default()).unwrap();
     assert_eq!(alone.clip.root(0), sunk.clips[0].root(0));
-}
-
-/// A BVH file below a root `Armature`, whose values `above` makes from those of the hips: their own are what is left.
-fn wrapped(text: &str, offset: [f32; 3], above: impl Fn(&[f64]) -> [f64; 6]) -> String {
-    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
-    let hips = hierarchy.split_once("ROOT").unwrap().1.trim_end();
-    let [x, y, z] = offset;
-    let mut out = format!(
-        "HIERARCHY\nROOT Armature\n{{\nOFFSET {x} {y} {z}\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\nJOINT{hips}\n}}\nMOTION"
-    );
-    for line in motion.lines() {
-        let values: Option<Vec<f64>> = line
-            .split_whitespace()
-            .map(|word| word.parse().ok())
-            .collect();
-        match values.filter(|values| values.len() > 6) {
-            None => out += line,
-            Some(mut values) => {
-                let root = above(&values);
-                for (value, root) in values.iter_mut().zip(root) {
-                    *value -= root;
-                }
-                let words = root.iter().chain(&values).map(|value| format!("{value:?}"));
-                out += &words.collect::<Vec<_>>().join(" ");
-            }
-        }
-        out += "\n";
-    }
-    out
 }
 
 #[test]
@@ -196,7 +168,7 @@ fn a_root_above_the_hips_of_captures_changes_nothing() {
             let file = entry.unwrap().path();
             let text = std::fs::read_to_string(&file).unwrap();
             let text = match file.extension().unwrap() == "bvh" {
-                true => wrapped(&text, [0.0; 3], above),
+                true => below_root(&text, above),
                 false => text,
             };
             std::fs::write(other.path().join(file.file_name().unwrap()), text).unwrap();
@@ -226,7 +198,7 @@ fn joints_above_the_hips_come_back_as_they_were() {
     ];
     for (name, above, moves) in forms {
         let file = folder.path().join(format!("{name}.bvh"));
-        std::fs::write(&file, wrapped(&text, [0.0; 3], above)).unwrap();
+        std::fs::write(&file, below_root(&text, above)).unwrap();
         let set = read(file.clone());
         let stored = serde_json::to_string(&set.skeleton).unwrap();
         let skeleton: Skeleton = serde_json::from_str(&stored).unwrap();

@@ -8,39 +8,11 @@ use std::path::Path;
 use glam::{EulerRot, Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointKind, Pose, Skeleton, forward_kinematics};
 use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::files::{below_root, glb, glb_parts};
 use sabaki_import::{LoadedClip, ReadOptions, gltf, read_bvh, read_clip};
 use serde_json::{Value, json};
 
 use super::run::{command, ended};
-
-/// A BVH file below a joint `Armature` with these values; the hips keep what is left of theirs.
-fn below_root(text: &str, above: fn(&[f64]) -> [f64; 6]) -> String {
-    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
-    let hips = hierarchy.split_once("ROOT").unwrap().1.trim_end();
-    let mut out = format!(
-        "HIERARCHY\nROOT Armature\n{{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\nJOINT{hips}\n}}\nMOTION"
-    );
-    for line in motion.lines() {
-        let words = line.split_whitespace().map(str::parse);
-        let values: Option<Vec<f64>> = words.collect::<Result<_, _>>().ok();
-        match values.filter(|values| values.len() > 6) {
-            None => out += line,
-            Some(values) => {
-                let root = above(&values);
-                let own = values.iter().enumerate();
-                let own = own.map(|(at, value)| value - root.get(at).unwrap_or(&0.0));
-                let words = root
-                    .iter()
-                    .copied()
-                    .chain(own)
-                    .map(|value| format!("{value:?}"));
-                out += &words.collect::<Vec<_>>().join(" ");
-            }
-        }
-        out += "\n";
-    }
-    out
-}
 
 /// A GLB file of a clip below a node of this scale, which the skeleton's own numbers undo.
 fn below_scale(clip: &LoadedClip, scale: Vec3) -> Vec<u8> {
@@ -64,22 +36,12 @@ fn below_scale(clip: &LoadedClip, scale: Vec3) -> Vec<u8> {
     let scaled = Clip::new(&skeleton, desc).unwrap();
     let mut bytes = Vec::new();
     gltf::write(&mut bytes, &skeleton, &[scaled], &[]).unwrap();
-    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let mut document: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let (mut document, binary) = glb_parts(&bytes);
     let nodes = document["nodes"].as_array_mut().unwrap();
     nodes.push(json!({ "name": "Armature", "scale": scale.to_array(), "children": [0] }));
     let top = nodes.len() - 1;
     document["scenes"][0]["nodes"][0] = json!(top);
-    let mut text = document.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let binary = &bytes[20 + length..];
-    let mut out = b"glTF\x02\0\0\0".to_vec();
-    out.extend((20 + text.len() as u32 + binary.len() as u32).to_le_bytes());
-    out.extend((text.len() as u32).to_le_bytes());
-    out.extend(b"JSON");
-    out.extend(text);
-    out.extend(binary);
-    out
+    glb(&document, &binary)
 }
 
 /// A clip as an FBX file in text form, in centimetres.
