@@ -7,7 +7,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, Clearance, Query, QueryContext, Request};
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
+use sabaki_fixtures::balls::{BallThrower, TimedThrow};
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::throw::{RandomDraw, Throw};
 
@@ -68,10 +68,10 @@ fn naive_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack, rate: f
 
 /// Random balls that hit the embedded motions, one for each time of contact.
 fn balls_at(contacts: impl Iterator<Item = f32>, seed: u64) -> Vec<TimedThrow> {
-    let thrower = BallThrower::new(embedded(), BallSettings::default());
+    let thrower = BallThrower::new(embedded());
     let thrown = (0..)
         .zip(contacts)
-        .filter_map(|(index, contact)| thrower.throw(contact, RandomDraw { seed, index }).unwrap());
+        .filter_map(|(index, contact)| thrower.throw(contact, seed, index).unwrap());
     thrown.collect()
 }
 

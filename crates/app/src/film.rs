@@ -11,12 +11,12 @@ use color_quant::NeuQuant;
 use thiserror::Error;
 
 /// A sequence of pictures of one size.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Film {
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// Time that each picture is shown.
-    pub delay: Delay,
+    /// Time that each picture is shown, in seconds, 2 at most.
+    pub delay: f64,
     /// Pixels of each picture: red, green and blue (sRGB), row by row from the upper left.
     pub pictures: Vec<Vec<u8>>,
 }
@@ -65,11 +65,13 @@ impl Film {
     /// The film has no pictures, or pictures of another size.
     pub fn apng(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
-        let (numerator, denominator) = self.delay.fraction();
+        /// Parts of a second in which an APNG counts here.
+        const PARTS: u16 = 30_000;
         let mut bytes = Vec::new();
         let mut encoder = png_encoder(&mut bytes, self.size);
         encoder.set_animated(self.pictures.len() as u32, 0)?;
-        encoder.set_frame_delay(numerator, denominator)?;
+        let parts = (self.delay * f64::from(PARTS)).round();
+        encoder.set_frame_delay(parts as u16, PARTS)?;
         encoder.set_blend_op(BlendOp::Source)?;
         encoder.set_dispose_op(DisposeOp::None)?;
         let mut writer = encoder.write_header()?;
@@ -120,50 +122,8 @@ fn png_encoder(bytes: &mut Vec<u8>, [width, height]: [u32; 2]) -> Encoder<'stati
     encoder
 }
 
-/// Time that each picture of a film is shown: a fraction of a second.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Delay {
-    numerator: u16,
-    denominator: u16,
-}
-
-impl Delay {
-    /// The delay at this number of pictures per second.
-    #[must_use]
-    pub fn of_rate(rate: u16) -> Self {
-        Self {
-            numerator: 1,
-            denominator: rate,
-        }
-    }
-
-    /// The delay nearest to a number of seconds, 2 at most.
-    #[must_use]
-    pub fn of_seconds(seconds: f32) -> Self {
-        const PARTS: u16 = 30_000;
-        Self {
-            numerator: (seconds * f32::from(PARTS)).round() as u16,
-            denominator: PARTS,
-        }
-    }
-
-    /// Numerator and denominator, in seconds.
-    fn fraction(self) -> (u16, u16) {
-        (self.numerator, self.denominator.max(1))
-    }
-
-    /// The delay of a picture in hundredths of a second. Ends of pictures are rounded, not delays, so that errors do not add up.
-    fn hundredths(self, picture: usize) -> u16 {
-        let (numerator, denominator) = self.fraction();
-        let (numerator, denominator) = (u64::from(numerator), u64::from(denominator));
-        let start = |picture: u64| (200 * picture * numerator + denominator) / (2 * denominator);
-        let picture = picture as u64;
-        (start(picture + 1) - start(picture)) as u16
-    }
-}
-
 /// Stores of each picture only the rectangle with changes, and in it only the pixels that change.
-fn encode_gif(size: [u16; 2], delay: Delay, pictures: &[Vec<u8>]) -> Result<Vec<u8>, FilmError> {
+fn encode_gif(size: [u16; 2], delay: f64, pictures: &[Vec<u8>]) -> Result<Vec<u8>, FilmError> {
     /// Palette index of pixels that do not change.
     const STAYS: u8 = COLOURS as u8;
     let [width, height] = size.map(usize::from);
@@ -173,6 +133,8 @@ fn encode_gif(size: [u16; 2], delay: Delay, pictures: &[Vec<u8>]) -> Result<Vec<
     let mut bytes = Vec::new();
     let mut encoder = ::gif::Encoder::new(&mut bytes, size[0], size[1], &colours)?;
     encoder.set_repeat(Repeat::Infinite)?;
+    // Ends of pictures are rounded, not delays, so that errors do not add up.
+    let start = |picture: usize| (100.0 * delay * picture as f64).round() as u64;
     let mut before: Option<Vec<u8>> = None;
     for (index, picture) in pictures.iter().enumerate() {
         let places = palette.places(picture, width);
@@ -189,7 +151,7 @@ fn encode_gif(size: [u16; 2], delay: Delay, pictures: &[Vec<u8>]) -> Result<Vec<
             }));
         }
         encoder.write_frame(&Frame {
-            delay: delay.hundredths(index),
+            delay: (start(index + 1) - start(index)) as u16,
             dispose: DisposalMethod::Keep,
             transparent: before.as_ref().map(|_| STAYS),
             left: left as u16,

@@ -5,13 +5,15 @@ use sabaki::gpu::{Context, GpuError};
 use sabaki::math::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target};
-use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::headless::{Headless, Message};
 
-/// A stage and an offscreen target of one size.
+/// A device with a stage and an offscreen target of one size.
 #[derive(Debug)]
 pub struct Painter {
-    stage: Stage,
-    target: Offscreen,
+    /// The device.
+    pub device: Headless,
+    // `None` once they are destroyed.
+    parts: Option<(Stage, Offscreen)>,
     size: [u32; 2],
 }
 
@@ -21,11 +23,13 @@ impl Painter {
     ///
     /// # Errors
     /// [`Stage::new`]'s and [`Offscreen::new`]'s.
-    pub fn new(
-        device: &mut Headless,
-        size: [u32; 2],
-        desc: &StageDesc<'_>,
-    ) -> Result<Self, GpuError> {
+    pub fn new(device: Headless, size: [u32; 2], desc: &StageDesc<'_>) -> Result<Self, GpuError> {
+        let mut painter = Self {
+            device,
+            parts: None,
+            size,
+        };
+        let device = &mut painter.device;
         let samples = match desc.samples {
             0 if is_software(device.context()?) => 1,
             0 => StageDesc::default().samples,
@@ -40,16 +44,13 @@ impl Painter {
         };
         let stage = device.make(|context, memory| Stage::new(context, memory, &desc))?;
         match device.make(|context, memory| Offscreen::new(context, memory, size)) {
-            Ok(target) => Ok(Self {
-                stage,
-                target,
-                size,
-            }),
+            Ok(target) => painter.parts = Some((stage, target)),
             Err(error) => {
                 stage.destroy(device.memory()?);
-                Err(error)
+                return Err(error);
             }
         }
+        Ok(painter)
     }
 
     /// Size of a picture, in pixels.
@@ -62,34 +63,32 @@ impl Painter {
     ///
     /// # Errors
     /// [`Stage::resize`]'s and [`Offscreen::new`]'s. After an error, `resize` can be called again.
-    pub fn resize(&mut self, device: &mut Headless, size: [u32; 2]) -> Result<(), GpuError> {
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<(), GpuError> {
+        let device = &mut self.device;
         let target = device.make(|context, memory| Offscreen::new(context, memory, size))?;
-        let old = std::mem::replace(&mut self.target, target);
-        old.destroy(device.memory()?);
+        let memory = device.memory()?;
+        let (stage, old) = self.parts.as_mut().ok_or(GpuError::Unfinished)?;
+        std::mem::replace(old, target).destroy(memory);
         self.size = size;
-        self.stage.resize(device.memory()?, size)
+        stage.resize(memory, size)
     }
 
     /// The memory for the crowd's poses of the next picture.
     ///
     /// # Errors
-    /// None.
+    /// None until it is closed.
     pub fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
+        let (stage, _) = self.parts.as_mut().ok_or(GpuError::Unfinished)?;
         // SAFETY: each picture is waited for.
-        unsafe { self.stage.poses(0) }
+        unsafe { stage.poses(0) }
     }
 
     /// Draws a picture and waits for it. Returns four bytes per pixel, row by row from the upper left.
     ///
     /// # Errors
     /// [`Stage::record`]'s, or those of [`Headless::run`].
-    pub fn paint(
-        &mut self,
-        device: &mut Headless,
-        shot: &Shot,
-        crowd: Option<&CrowdShot>,
-    ) -> Result<Vec<u8>, GpuError> {
-        self.paint_over(device, self.size, shot, crowd, |_, _| Ok(()))
+    pub fn paint(&mut self, shot: &Shot, crowd: Option<&CrowdShot>) -> Result<Vec<u8>, GpuError> {
+        self.paint_over(self.size, shot, crowd, |_, _| Ok(()))
     }
 
     /// Draws a picture of `size` pixels in the upper left corner. Then `over` records what is drawn over it: it gets a command buffer outside
@@ -99,13 +98,12 @@ impl Painter {
     /// As for [`Painter::paint`], and those of `over`.
     pub fn paint_over(
         &mut self,
-        device: &mut Headless,
         size: [u32; 2],
         shot: &Shot,
         crowd: Option<&CrowdShot>,
         over: impl FnOnce(vk::CommandBuffer, Target) -> Result<(), GpuError>,
     ) -> Result<Vec<u8>, GpuError> {
-        let (stage, target) = (&mut self.stage, &self.target);
+        let (stage, target) = self.parts.as_mut().ok_or(GpuError::Unfinished)?;
         let size = [0, 1].map(|axis: usize| size[axis].min(self.size[axis]));
         let whole = target.target();
         let picture = Picture {
@@ -114,7 +112,7 @@ impl Painter {
             target: Target { size, ..whole },
         };
         // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
-        device.run(|cmd| unsafe {
+        self.device.run(|cmd| unsafe {
             target.record_start(cmd);
             stage.record(cmd, 0, &picture)?;
             over(cmd, whole)?;
@@ -125,15 +123,21 @@ impl Painter {
         unsafe { target.pixels() }.map(<[u8]>::to_vec)
     }
 
-    /// Frees everything.
-    ///
-    /// # Errors
-    /// None while the device lives.
-    pub fn destroy(self, device: &mut Headless) -> Result<(), GpuError> {
-        let memory = device.memory()?;
-        self.stage.destroy(memory);
-        self.target.destroy(memory);
-        Ok(())
+    /// Destroys everything, the device too. Returns the validation messages.
+    pub fn close(&mut self) -> Vec<Message> {
+        if let (Some((stage, target)), Ok(memory)) = (self.parts.take(), self.device.memory()) {
+            stage.destroy(memory);
+            target.destroy(memory);
+        }
+        self.device.close()
+    }
+}
+
+impl Drop for Painter {
+    fn drop(&mut self) {
+        for message in self.close() {
+            tracing::warn!("validation: {message:?}");
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Promise: a GIF shows what was drawn, an APNG loses nothing, and a film is as long as its pictures at their rate.
 
-use sabaki_app::film::{Delay, Film, FilmError};
+use sabaki_app::film::{Film, FilmError};
 
 /// A square that moves over a slope of colours.
 fn film() -> Film {
@@ -17,7 +17,7 @@ fn film() -> Film {
     };
     Film {
         size: [width, height],
-        delay: Delay::of_rate(25),
+        delay: 1.0 / 25.0,
         pictures: (0..5).map(picture).collect(),
     }
 }

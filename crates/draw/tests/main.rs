@@ -20,7 +20,7 @@ use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::cull::map_rect;
 use sabaki_fixtures::demo::{self, Motions};
 use sabaki_fixtures::headless::Headless;
-use sabaki_fixtures::{device, finish, shim};
+use sabaki_fixtures::{device, shim};
 
 const SIZE: [u32; 2] = [240, 160];
 const RED: [f32; 4] = [0.9, 0.1, 0.05, 1.0];
@@ -53,8 +53,14 @@ fn empty() -> Shot {
     Shot::new(camera(), Light::default())
 }
 
-fn paint(device: &mut Headless, painter: &mut Painter, shot: &Shot) -> Picture {
-    Picture(painter.paint(device, shot, None).unwrap())
+fn paint(painter: &mut Painter, shot: &Shot) -> Picture {
+    Picture(painter.paint(shot, None).unwrap())
+}
+
+/// Ends a test: any message of validation fails it.
+fn end(mut painter: Painter) {
+    let messages = painter.close();
+    assert!(messages.is_empty(), "validation says: {messages:#?}");
 }
 
 fn is_red([red, green, blue]: [i32; 3]) -> bool {
@@ -83,7 +89,7 @@ fn middle(capsule: &Capsule) -> Vec3 {
 fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
     // SAFETY: the shim calls the system's loader.
     let device = unsafe { Headless::with_loader(shim::entry(), &sabaki_fixtures::desc()) };
-    let mut device = device.unwrap();
+    let device = device.unwrap();
     let context = device.context().unwrap().clone();
     let info = vk::PipelineCacheCreateInfo::default();
     // SAFETY: the device is valid.
@@ -93,29 +99,27 @@ fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
         pipeline_cache: cache,
         ..StageDesc::default()
     };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let mut painter = Painter::new(device, SIZE, &desc).unwrap();
     let caches = shim::caches();
     assert!(!caches.is_empty() && caches.iter().all(|&one| one == cache.as_raw()));
     shim::labels();
-    paint(&mut device, &mut painter, &empty());
+    paint(&mut painter, &empty());
     assert_eq!(shim::labels(), ["sabaki: shadows", "sabaki: picture"]);
-    painter.destroy(&mut device).unwrap();
     // SAFETY: nothing is created with it any more.
     unsafe { context.device().destroy_pipeline_cache(cache, None) };
-    finish(device);
+    end(painter);
 }
 
 #[test]
 fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
-    let mut device = device();
     let desc = StageDesc::default();
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let floor = paint(&mut device, &mut painter, &empty());
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let floor = paint(&mut painter, &empty());
     let ball = Vec3::new(0.7, 1.4, -0.3);
     let mut shot = empty();
     shot.solids = fighter(&demo::motions().unwrap());
     shot.solids.push(ball_of(ball, 0.12, RED));
-    let picture = paint(&mut device, &mut painter, &shot);
+    let picture = paint(&mut painter, &shot);
     let seen = |place| camera().pixel(place, SIZE).unwrap();
     assert!(
         is_red(picture.at(seen(ball))),
@@ -142,7 +146,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     ghost
         .ghosts
         .push(ball_of(ball, 0.12, [0.9, 0.1, 0.05, 0.4]));
-    let through = paint(&mut device, &mut painter, &ghost);
+    let through = paint(&mut painter, &ghost);
     assert!(through.differs(&floor, seen(ball)) && through.differs(&picture, seen(ball)));
 
     let mut mapped = empty();
@@ -156,7 +160,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
         height: 0.8,
         colour: RED,
     });
-    let layered = paint(&mut device, &mut painter, &mapped);
+    let layered = paint(&mut painter, &mapped);
     let texel =
         |column: f32, row: f32| seen(placement.point(Vec3::new(column * 0.02, 0.8, row * 0.02)));
     assert!(is_red(layered.at(texel(20.0, 10.0))), "a set texel");
@@ -166,10 +170,9 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     );
     assert!(!is_red(layered.at(texel(4.0, 10.0))), "outside of the map");
 
-    let again = paint(&mut device, &mut painter, &shot);
+    let again = paint(&mut painter, &shot);
     assert!(again.0 == picture.0, "the same shot is the same picture");
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    end(painter);
 }
 
 #[test]
@@ -179,15 +182,13 @@ fn one_sample_a_pixel_and_another_device_draw_the_same_scene() {
     let pictures: Vec<Picture> = [4, 4, 1]
         .into_iter()
         .map(|samples| {
-            let mut device = device();
             let desc = StageDesc {
                 samples,
                 ..StageDesc::default()
             };
-            let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-            let picture = paint(&mut device, &mut painter, &shot);
-            painter.destroy(&mut device).unwrap();
-            finish(device);
+            let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+            let picture = paint(&mut painter, &shot);
+            end(painter);
             picture
         })
         .collect();
@@ -209,7 +210,6 @@ fn one_sample_a_pixel_and_another_device_draw_the_same_scene() {
 
 #[test]
 fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
-    let mut device = device();
     let motions = demo::motions().unwrap();
     let settings = FormationSettings {
         count: 300,
@@ -226,7 +226,7 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
     )
     .unwrap();
     let desc = StageDesc::for_crowd(&formation, &outfit.meshes);
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
     let camera = formation.camera();
     let mut taken = Vec::new();
     for (lod, tinted) in [(true, false), (false, false), (true, true)] {
@@ -239,8 +239,8 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
             shown.groups.len() >= 3 || !lod,
             "one draw for each level and resolution"
         );
-        let nobody = Picture(painter.paint(&mut device, &shot, None).unwrap());
-        let everybody = Picture(painter.paint(&mut device, &shot, Some(&shown)).unwrap());
+        let nobody = Picture(painter.paint(&shot, None).unwrap());
+        let everybody = Picture(painter.paint(&shot, Some(&shown)).unwrap());
         // The first row's trunks.
         for file in 2..8 {
             let place = Vec3::new((file as f32 - 4.5) * Formation::APART, 1.05, 0.0);
@@ -267,26 +267,24 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         "colours show"
     );
     assert!(formation.census()[0] < 300);
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    end(painter);
 }
 
 #[test]
 fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
-    let mut device = device();
     let desc = StageDesc {
         max_capsules: 3,
         max_map_words: 2,
         ..StageDesc::default()
     };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
     let limit_of = |error: GpuError| match error {
         GpuError::Limit { limit, .. } => limit,
         other => panic!("{other}"),
     };
     let mut shot = empty();
     shot.solids = vec![ball_of(Vec3::Y, 0.1, RED); 4];
-    let error = painter.paint(&mut device, &shot, None).unwrap_err();
+    let error = painter.paint(&shot, None).unwrap_err();
     assert_eq!(limit_of(error), "StageDesc::max_capsules");
     let mut shot = empty();
     shot.layers.push(Layer {
@@ -296,11 +294,10 @@ fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
         height: 0.0,
         colour: RED,
     });
-    let error = painter.paint(&mut device, &shot, None).unwrap_err();
+    let error = painter.paint(&shot, None).unwrap_err();
     assert_eq!(limit_of(error), "StageDesc::max_map_words");
-    painter.paint(&mut device, &empty(), None).unwrap();
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    painter.paint(&empty(), None).unwrap();
+    end(painter);
 }
 
 #[test]

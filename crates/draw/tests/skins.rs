@@ -14,8 +14,8 @@ use sabaki_draw::{StageDesc, human_body};
 use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::demo;
 
-use super::{SIZE, camera, empty, is_red, paint};
-use sabaki_fixtures::{device, finish};
+use super::{SIZE, camera, empty, end, is_red, paint};
+use sabaki_fixtures::device;
 
 /// A box of half a metre around the origin, moved by bone 0.
 fn cube(colour: [u16; 4], texture: Option<MeshTexture>) -> Mesh {
@@ -66,7 +66,6 @@ fn at(translation: Vec3) -> JointTransform {
 
 #[test]
 fn skinned_meshes_are_where_their_joints_are() {
-    let mut device = device();
     let red = [60_000, 3000, 2000, 0];
     let texel = [20, 240, 30, 255];
     let texture = MeshTexture {
@@ -80,15 +79,15 @@ fn skinned_meshes_are_where_their_joints_are() {
         meshes: &meshes,
         ..StageDesc::default()
     };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let floor = paint(&mut device, &mut painter, &empty());
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let floor = paint(&mut painter, &empty());
     let (a, b) = (Vec3::new(0.8, 1.2, 0.0), Vec3::new(-0.8, 0.9, 0.0));
     let seen = |place| camera().pixel(place, SIZE).unwrap();
     let skin = one_bone();
     let mut shot = empty();
     let mut body = SkinnedBody::new(&skin, &[at(Vec3::ZERO), at(a)]);
     shot.skinned.push(body.clone());
-    let picture = paint(&mut device, &mut painter, &shot);
+    let picture = paint(&mut painter, &shot);
     assert!(is_red(picture.at(seen(a))), "{:?}", picture.at(seen(a)));
     assert!(!picture.differs(&floor, seen(b)));
     // Of two bodies the second is a ghost: red and floor are mixed.
@@ -97,7 +96,7 @@ fn skinned_meshes_are_where_their_joints_are() {
         ..SkinnedBody::new(&skin, &[at(Vec3::ZERO), at(b)])
     };
     shot.skinned.push(ghost);
-    let both = paint(&mut device, &mut painter, &shot);
+    let both = paint(&mut painter, &shot);
     let (solid, thin, ground) = (both.at(seen(a)), both.at(seen(b)), floor.at(seen(b)));
     assert!(
         is_red(solid) && !is_red(thin) && thin[1] < ground[1] - 10,
@@ -113,7 +112,7 @@ fn skinned_meshes_are_where_their_joints_are() {
     ] {
         body.tinted = tinted;
         shot.skinned = vec![body.clone()];
-        let [red, _, blue] = paint(&mut device, &mut painter, &shot).at(seen(a));
+        let [red, _, blue] = paint(&mut painter, &shot).at(seen(a));
         assert_eq!(blue > red, is_blue);
     }
     // The second mesh has a green texture.
@@ -122,7 +121,7 @@ fn skinned_meshes_are_where_their_joints_are() {
         ..(*skin).clone()
     });
     shot.skinned = vec![SkinnedBody::new(&textured, &[at(Vec3::ZERO), at(a)])];
-    let [red, green, blue] = paint(&mut device, &mut painter, &shot).at(seen(a));
+    let [red, green, blue] = paint(&mut painter, &shot).at(seen(a));
     assert!(green > 2 * red && green > 2 * blue);
     // A mesh that the stage does not have is an error.
     let missing = Arc::new(Skin {
@@ -130,9 +129,8 @@ fn skinned_meshes_are_where_their_joints_are() {
         ..(*skin).clone()
     });
     shot.skinned = vec![SkinnedBody::new(&missing, &[at(Vec3::ZERO), at(a)])];
-    assert!(painter.paint(&mut device, &shot, None).is_err());
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    assert!(painter.paint(&shot, None).is_err());
+    end(painter);
 }
 
 /// The embedded skeleton's body and standing pose.
@@ -220,21 +218,20 @@ fn the_body_is_drawn_where_its_positions_are_computed() {
     let joints = joints_at(&motions.skeleton, &motions.clips[0], 10);
     let skin = skin_of(body.bones);
     let places = skinned_positions(&body.mesh, &skin, &joints);
-    let mut device = device();
     let meshes = [body.mesh];
     let desc = StageDesc {
         meshes: &meshes,
         ..StageDesc::default()
     };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let floor = paint(&mut device, &mut painter, &empty());
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let floor = paint(&mut painter, &empty());
     let mut shot = empty();
     let red = [1.0, 0.0, 0.0, 1.0];
     shot.skinned.push(SkinnedBody {
         tint: red,
         ..SkinnedBody::new(&skin, &joints)
     });
-    let picture = paint(&mut device, &mut painter, &shot);
+    let picture = paint(&mut painter, &shot);
     let pixels = places
         .iter()
         .map(|&place| camera().pixel(place, SIZE).unwrap());
@@ -243,8 +240,7 @@ fn the_body_is_drawn_where_its_positions_are_computed() {
         .count();
     // Vertices on the silhouette may lie in the pixel beside it.
     assert!(hit * 100 > places.len() * 95, "{hit} of {}", places.len());
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    end(painter);
 }
 
 #[test]
@@ -259,12 +255,11 @@ fn the_order_of_a_vertex_s_influences_does_not_matter() {
         vertex.weights.rotate_right(1);
     }
     let meshes = [body.mesh, turned];
-    let mut device = device();
     let desc = StageDesc {
         meshes: &meshes,
         ..StageDesc::default()
     };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
     let [own, turned] = [0, 1].map(|mesh| {
         let skin = Arc::new(Skin {
             mesh,
@@ -272,14 +267,13 @@ fn the_order_of_a_vertex_s_influences_does_not_matter() {
         });
         let mut shot = empty();
         shot.skinned.push(SkinnedBody::new(&skin, &joints));
-        paint(&mut device, &mut painter, &shot)
+        paint(&mut painter, &shot)
     });
     let pairs = own.0.chunks_exact(4).zip(turned.0.chunks_exact(4));
     let apart = |(a, b): (&[u8], &[u8])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 20);
     let changed = pairs.filter(|&pair| apart(pair)).count();
     assert!(changed < 20, "{changed} pixels differ");
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    end(painter);
 }
 
 /// A flat sheet of `side` by `side` squares with a seam of the texture in its middle: left of it U is less by 5.

@@ -16,7 +16,7 @@ use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 use sabaki_fixtures::demo;
 
 use super::framing::dodge;
-use super::{SIZE, empty};
+use super::{SIZE, empty, end};
 use sabaki_fixtures::{device, finish};
 
 fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
@@ -130,14 +130,13 @@ fn a_mesh_whose_parts_do_not_fit_each_other_is_refused_by_name() {
 
 #[test]
 fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
-    let mut device = device();
     let desc = StageDesc {
         max_members: 2,
         max_crowd_len: 24,
         meshes: &[sheet()],
         ..StageDesc::default()
     };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
     let skin_of = |joint| {
         let bone = MeshBone {
             joint: JointId(joint),
@@ -169,7 +168,7 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
     painter.poses().unwrap().fill(F32x16([0.0; 16]));
     let mut paint = |joint, member| {
         let crowd = crowd(joint, member);
-        painter.paint(&mut device, &empty(), Some(&crowd))
+        painter.paint(&empty(), Some(&crowd))
     };
     paint(1, (15, 16)).unwrap();
     let outside = [
@@ -183,8 +182,7 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
     for (joint, member) in outside {
         assert_eq!(limit_of(paint(joint, member)), "StageDesc::max_crowd_len");
     }
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    end(painter);
 }
 
 #[test]

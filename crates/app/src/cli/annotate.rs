@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::EventKind;
-use sabaki::archive;
 use sabaki_import::annotate::{Agreement, agreement, propose};
 use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
 use super::bake::{self, ReadArgs};
 use super::numbers::number;
-use super::output::{check_can_be_written, check_is_no_input, table};
+use super::output::{check_can_be_written, check_is_no_input, table_of, write_file};
 use super::{Done, Failure, cancel};
 
 #[derive(clap::Args)]
@@ -35,10 +34,7 @@ pub(crate) struct Args {
 }
 
 /// The kinds in the order of the tables.
-const KINDS: [(EventKind, &str); 2] = [
-    (EventKind::Attack, "attack"),
-    (EventKind::Evasion, "evasion"),
-];
+const KINDS: [EventKind; 2] = [EventKind::Attack, EventKind::Evasion];
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if !args.keep_going {
@@ -63,11 +59,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     } else {
         report.text()
     };
-    let done = Done::ok(text);
-    Ok(Done {
-        incomplete: !report.left_out.is_empty(),
-        ..done
-    })
+    Ok(Done::without(text, &report.left_out))
 }
 
 /// What was found in all clips.
@@ -121,7 +113,7 @@ impl Report {
         };
         for clip in &self.clips {
             let by_hand = clip.by_hand.as_deref().unwrap_or_default();
-            for ((kind, _), sum) in KINDS.into_iter().zip(sums.iter_mut()) {
+            for (kind, sum) in KINDS.into_iter().zip(sums.iter_mut()) {
                 *sum += agreement(kind, &clip.proposed, by_hand);
             }
         }
@@ -136,14 +128,7 @@ impl Report {
         let file = EventsFile {
             clips: clips.collect(),
         };
-        let text = format!("{:#}\n", json!(file));
-        let written = archive::write_atomically(path, |file| {
-            std::io::Write::write_all(file, text.as_bytes())
-        });
-        written.map_err(|source| Failure::Write {
-            path: path.to_owned(),
-            source,
-        })
+        write_file(path, Done::json(&json!(file)).as_bytes())
     }
 
     /// Number of proposed events of a kind.
@@ -184,34 +169,28 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        let mut rows = table(
-            &[
-                "clip",
-                "kind",
-                "joints",
-                "start",
-                "contact",
-                "end",
-                "confidence",
-            ],
+        let proposed = self.clips.iter().flat_map(|clip| {
+            let events = clip.proposed.iter();
+            events.map(move |event| (clip, event))
+        });
+        let two = |number: f64| format!("{number:.2}");
+        let rows = table_of(
             3,
+            proposed,
+            &[
+                ("clip", &|(clip, _)| clip.name.clone()),
+                ("kind", &|(_, event)| name(event.kind)),
+                ("joints", &|(_, event)| event.joints.join(", ")),
+                ("start", &|(_, event)| two(event.start)),
+                ("contact", &|(_, event)| {
+                    event.contact.map_or(String::new(), two)
+                }),
+                ("end", &|(_, event)| two(event.end)),
+                ("confidence", &|(_, event)| {
+                    two(event.confidence.unwrap_or(1.0))
+                }),
+            ],
         );
-        for clip in &self.clips {
-            for event in &clip.proposed {
-                let contact = event
-                    .contact
-                    .map_or(String::new(), |time| format!("{time:.2}"));
-                rows.add_row([
-                    clip.name.clone(),
-                    name(event.kind).to_owned(),
-                    event.joints.join(", "),
-                    format!("{:.2}", event.start),
-                    contact,
-                    format!("{:.2}", event.end),
-                    format!("{:.2}", event.confidence.unwrap_or(1.0)),
-                ]);
-            }
-        }
         let (attacks, evasions) = (
             self.count(EventKind::Attack),
             self.count(EventKind::Evasion),
@@ -247,33 +226,24 @@ impl Annotated {
     }
 }
 
-fn name(kind: EventKind) -> &'static str {
-    let known = KINDS.into_iter().find(|&(own, _)| own == kind);
-    known.map_or("", |(_, name)| name)
+fn name(kind: EventKind) -> String {
+    format!("{kind:?}").to_lowercase()
 }
 
 fn agreement_text(agreement: &[Agreement; 2]) -> String {
-    let head = [
-        "kind",
-        "proposed",
-        "by hand",
-        "found",
-        "precision",
-        "recall",
-        "same joints",
-    ];
-    let mut rows = table(&head, 1);
     let share = |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{share:.2}"));
-    for ((_, name), own) in KINDS.into_iter().zip(agreement) {
-        rows.add_row([
-            name.to_owned(),
-            own.proposed.to_string(),
-            own.annotated.to_string(),
-            own.found.to_string(),
-            share(own.precision()),
-            share(own.recall()),
-            own.same_joints.to_string(),
-        ]);
-    }
+    let rows = table_of(
+        1,
+        KINDS.into_iter().zip(agreement),
+        &[
+            ("kind", &|(kind, _)| name(*kind)),
+            ("proposed", &|(_, own)| own.proposed.to_string()),
+            ("by hand", &|(_, own)| own.annotated.to_string()),
+            ("found", &|(_, own)| own.found.to_string()),
+            ("precision", &|(_, own)| share(own.precision())),
+            ("recall", &|(_, own)| share(own.recall())),
+            ("same joints", &|(_, own)| own.same_joints.to_string()),
+        ],
+    );
     format!("\nagreement with the events made by hand (overlap of 0.5 or more)\n{rows}\n")
 }

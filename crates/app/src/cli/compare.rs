@@ -12,7 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use sabaki::maps::{BakedGraph, PathId};
 use sabaki::query::cull::{CullCandidate, CullInput};
 use sabaki::query::{
-    Answer, CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Session, Source,
+    CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Session, Source,
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::Throw;
@@ -37,7 +37,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Also measures the time to cull 5 to 10,000 candidates, and draws it (.png).
-    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
+    #[arg(long, value_name = "FILE", value_parser = output::file_to_write(&["png"]))]
     plot: Option<PathBuf>,
     /// Repeats the paper's Table 1 instead: its maps and its settings.
     #[arg(long, conflicts_with = "plot")]
@@ -52,11 +52,6 @@ struct Row {
     runs: Vec<Run>,
     tally: MapTally,
     hit_though_avoidable: usize,
-}
-
-/// The measurements.
-struct Table {
-    rows: Vec<Row>,
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -75,7 +70,6 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
     let methods = methods(&compared(&culling));
     let rows = measure(&baked, &throws, methods, Method::settings, &mut culling)?;
-    let table = Table { rows };
     let batches = batches(&baked, &throws, &mut culling)?;
     let mut lines = Vec::new();
     if let Some(path) = &args.plot {
@@ -93,7 +87,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         write_figure(path, [900, 640], |area| chart.draw(area))?;
     }
     if as_json {
-        let mut document = table.to_json();
+        let mut document = to_json(&rows);
         document["device"] = json!(culling.device_name());
         document["graph"] = bake::statistics(&baked);
         document["batches"] = lines_json(&batches, "queries");
@@ -110,7 +104,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         "{}{}\n\n{}\nMilliseconds to cull many queries in one submission, from the upload to the counts:\n{}\n{crossover}",
         bake::headline(&baked),
         culling.describe(compared(&culling)),
-        table.text(throws.len()),
+        text(&rows, throws.len()),
         lines_table(&batches, "queries"),
     )))
 }
@@ -172,11 +166,9 @@ fn measure(
         let answered = rows.iter().zip(&runners);
         let references =
             answered.filter(|(row, _)| row.method.evaluation == Evaluation::Exhaustive);
-        let truth = GroundTruth::new(
-            references.map(|(_, runner)| (&runner.answer, runner.rounds.as_slice())),
-        );
+        let hits = hits(references.map(|(_, runner)| runner));
         for ((row, runner), run) in rows.iter_mut().zip(&runners).zip(&runs) {
-            truth.compare(&runner.rounds, &mut row.tally);
+            row.tally.compare(&hits, &runner.rounds);
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
             row.runs.push(run.clone());
         }
@@ -237,114 +229,103 @@ impl Row {
             "tally": tally,
             "avoided": self.avoided(),
             "hit_though_avoidable": self.hit_though_avoidable,
-            "query_ms": self.times().to_json(),
+            "query_ms": self.times(),
             "mean_ms": self.mean_ms(self.runs.len()),
-            "cull_ms": Times::new(&self.runs, |run| run.cull_ms).to_json(),
+            "cull_ms": Times::new(&self.runs, |run| run.cull_ms),
             "gain": gain,
         })
     }
 }
 
-impl Table {
-    /// Number of attacks for which the grid has paths, and number of attacks that one of these paths answers.
-    fn grid(&self) -> [usize; 2] {
-        // The row of the reference with the grid.
-        let runs = &self.rows[1].runs;
-        let used = runs.iter().filter(|run| run.used_grid()).count();
-        let answered = runs.iter().filter(|run| run.source == Source::Grid).count();
-        [used, answered]
-    }
+/// Number of attacks for which the grid has paths, and number of attacks that one of these paths answers.
+fn grid(rows: &[Row]) -> [usize; 2] {
+    // The row of the reference with the grid.
+    let runs = &rows[1].runs;
+    let used = runs.iter().filter(|run| run.used_grid()).count();
+    let answered = runs.iter().filter(|run| run.source == Source::Grid).count();
+    [used, answered]
+}
 
-    /// How many times as long the same evaluation of the same candidates takes without culling, by medians.
-    fn gain(&self, row: &Row) -> f64 {
-        let is_baseline = |other: &&Row| {
-            other.method.cull == CullPath::None
-                && other.is_lazy() == row.is_lazy()
-                && other.method.enumerate == row.method.enumerate
-        };
-        let baseline = self.rows.iter().find(is_baseline);
-        baseline.map_or(1.0, |baseline| baseline.times().median / row.times().median)
-    }
+/// How many times as long the same evaluation of the same candidates takes without culling, by medians.
+fn gain(rows: &[Row], row: &Row) -> f64 {
+    let is_baseline = |other: &&Row| {
+        other.method.cull == CullPath::None
+            && other.is_lazy() == row.is_lazy()
+            && other.method.enumerate == row.method.enumerate
+    };
+    let baseline = rows.iter().find(is_baseline);
+    baseline.map_or(1.0, |baseline| baseline.times().median / row.times().median)
+}
 
-    fn to_json(&self) -> Value {
-        let [used, answered] = self.grid();
-        let rows = self.rows.iter().map(|row| row.to_json(self.gain(row)));
-        json!({
-            "rows": rows.collect::<Vec<_>>(),
-            "grid_used": used,
-            "grid_answered": answered,
-        })
-    }
+fn to_json(rows: &[Row]) -> Value {
+    let [used, answered] = grid(rows);
+    let all = rows.iter().map(|row| row.to_json(gain(rows, row)));
+    json!({
+        "rows": all.collect::<Vec<_>>(),
+        "grid_used": used,
+        "grid_answered": answered,
+    })
+}
 
-    /// What the maps decide, without the grid and with it. The counts are the CPU's: all paths count the same.
-    fn maps_table(&self) -> comfy_table::Table {
-        let head = ["grid", "candidates", "kept", "weak", "wrong", "undecided"];
-        let mut table = output::table(&head, 1);
-        let percent = |share: f64| format!("{:.1}%", 100.0 * share);
-        let of_cpu = |row: &&Row| row.is_lazy() && row.method.cull == CullPath::Cpu;
-        for row in self.rows.iter().filter(of_cpu) {
-            table.add_row([
-                row.method.grid_name().to_owned(),
-                format!("{:.1}", row.per_attack(row.tally.candidates())),
-                format!("{:.1}", row.per_attack(row.tally.kept())),
-                percent(row.tally.weak()),
-                percent(row.tally.wrong()),
-                percent(row.tally.undecided_share()),
-            ]);
-        }
-        table
-    }
+/// What the maps decide, without the grid and with it. The counts are the CPU's: all paths count the same.
+fn maps_table(rows: &[Row]) -> comfy_table::Table {
+    let percent = |share: f64| format!("{:.1}%", 100.0 * share);
+    let mean = |row: &Row, count: usize| format!("{:.1}", row.per_attack(count));
+    let of_cpu = |row: &&Row| row.is_lazy() && row.method.cull == CullPath::Cpu;
+    output::table_of(
+        1,
+        rows.iter().filter(of_cpu),
+        &[
+            ("grid", &|row| row.method.grid_name().to_owned()),
+            ("candidates", &|row| mean(row, row.tally.candidates())),
+            ("kept", &|row| mean(row, row.tally.kept())),
+            ("weak", &|row| percent(row.tally.weak())),
+            ("wrong", &|row| percent(row.tally.wrong())),
+            ("undecided", &|row| percent(row.tally.undecided_share())),
+        ],
+    )
+}
 
-    fn times_table(&self) -> comfy_table::Table {
-        let head = [
-            "evaluation",
-            "culled by",
-            "grid",
-            "avoided",
-            "query ms",
-            "mean",
-            "culling ms",
-            "gain",
-        ];
-        let mut table = output::table(&head, 3);
-        for row in &self.rows {
-            table.add_row([
-                row.evaluation_name().to_owned(),
-                row.method.cull.name().to_owned(),
-                row.method.grid_name().to_owned(),
-                row.avoided().to_string(),
-                row.times().text(2),
-                format!("{:.2}", row.mean_ms(row.runs.len())),
-                Times::new(&row.runs, |run| run.cull_ms).text(3),
-                format!("{:.2}", self.gain(row)),
-            ]);
-        }
-        table
-    }
+fn times_table(rows: &[Row]) -> comfy_table::Table {
+    let cull_ms = |row: &Row| Times::new(&row.runs, |run| run.cull_ms);
+    output::table_of(
+        3,
+        rows,
+        &[
+            ("evaluation", &|row| row.evaluation_name().to_owned()),
+            ("culled by", &|row| row.method.cull.name().to_owned()),
+            ("grid", &|row| row.method.grid_name().to_owned()),
+            ("avoided", &|row| row.avoided().to_string()),
+            ("query ms", &|row| row.times().text(2)),
+            ("mean", &|row| format!("{:.2}", row.mean_ms(row.runs.len()))),
+            ("culling ms", &|row| cull_ms(row).text(3)),
+            ("gain", &|row| format!("{:.2}", gain(rows, row))),
+        ],
+    )
+}
 
-    fn text(&self, attacks: usize) -> String {
-        let [used, answered] = self.grid();
-        let percent = |count: usize| 100.0 * count as f64 / attacks.max(1) as f64;
-        let missed: usize = self.rows.iter().map(|row| row.hit_though_avoidable).sum();
-        format!(
-            "{attacks} attacks, each answered by all methods. {missed} hits could have been avoided.\n\n\
-             What the maps decide, per attack, as the CPU counts (every path counts the same):\n{}\n\
-             candidates: those with maps (an evasion that is entered or layered has none). kept: by the\n\
-             maps. weak: share of the hits that are kept. wrong: share of the clean candidates that are\n\
-             removed. undecided: share that is neither removed nor proven clean by the outer maps.\n\n\
-             Times, median / 99th percentile and mean:\n{}\n\
-             exhaustive: every kept candidate is tested over the whole attack, as in the paper. lazy: only\n\
-             those that the choice depends on, as the library does. none: every candidate is kept; the\n\
-             evasion maps are still counted, for the score. gain: the median of none by this one's, for the\n\
-             same evaluation and grid.\n\n\
-             The grid has paths for {:.0}% of the attacks and answers {:.0}%.\n\
-             `compare --paper` repeats the paper's own table.\n",
-            self.maps_table(),
-            self.times_table(),
-            percent(used),
-            percent(answered),
-        )
-    }
+fn text(rows: &[Row], attacks: usize) -> String {
+    let [used, answered] = grid(rows);
+    let percent = |count: usize| 100.0 * count as f64 / attacks.max(1) as f64;
+    let missed: usize = rows.iter().map(|row| row.hit_though_avoidable).sum();
+    format!(
+        "{attacks} attacks, each answered by all methods. {missed} hits could have been avoided.\n\n\
+         What the maps decide, per attack, as the CPU counts (every path counts the same):\n{}\n\
+         candidates: those with maps (an evasion that is entered or layered has none). kept: by the\n\
+         maps. weak: share of the hits that are kept. wrong: share of the clean candidates that are\n\
+         removed. undecided: share that is neither removed nor proven clean by the outer maps.\n\n\
+         Times, median / 99th percentile and mean:\n{}\n\
+         exhaustive: every kept candidate is tested over the whole attack, as in the paper. lazy: only\n\
+         those that the choice depends on, as the library does. none: every candidate is kept; the\n\
+         evasion maps are still counted, for the score. gain: the median of none by this one's, for the\n\
+         same evaluation and grid.\n\n\
+         The grid has paths for {:.0}% of the attacks and answers {:.0}%.\n\
+         `compare --paper` repeats the paper's own table.\n",
+        maps_table(rows),
+        times_table(rows),
+        percent(used),
+        percent(answered),
+    )
 }
 
 /// Numbers of candidates that are culled.
@@ -496,48 +477,24 @@ fn crossover_text(lines: &[Line]) -> String {
     text
 }
 
-/// The exact results of one query: which candidates are hit.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct GroundTruth {
-    /// Whether each path is hit.
-    hits: FxHashMap<PathId, bool>,
-}
-
-impl GroundTruth {
-    /// From answers to one query by [`Evaluation::Exhaustive`](sabaki::query::Evaluation::Exhaustive), each with its rounds: one answer from
-    /// all paths, and one from the grid.
-    #[must_use]
-    pub(crate) fn new<'r>(
-        answers: impl IntoIterator<Item = (&'r Answer, &'r [Vec<CountedOne>])>,
-    ) -> Self {
-        let mut hits = FxHashMap::default();
-        for (answer, rounds) in answers {
-            if answer.source == Source::NothingClean {
-                // The first round ended because all its candidates are hit.
-                let first = rounds.first().into_iter().flatten();
-                hits.extend(first.map(|one| (one.path, true)));
-            }
-            let tested = answer.paths().filter_map(|(path, report)| {
-                let clearance = report.clearance?;
-                // What had to be bent was hit.
-                Some((path, report.warp.is_some() || !clearance.is_clean()))
-            });
-            hits.extend(tested);
+/// Whether each path is hit, from answers to one query by [`Evaluation::Exhaustive`], each with its rounds: one answer from all paths, and
+/// one from the grid.
+fn hits<'r>(answers: impl IntoIterator<Item = &'r QueryRunner<'r>>) -> FxHashMap<PathId, bool> {
+    let mut hits = FxHashMap::default();
+    for QueryRunner { answer, rounds, .. } in answers {
+        if answer.source == Source::NothingClean {
+            // The first round ended because all its candidates are hit.
+            let first = rounds.first().into_iter().flatten();
+            hits.extend(first.map(|one| (one.path, true)));
         }
-        Self { hits }
+        let tested = answer.paths().filter_map(|(path, report)| {
+            let clearance = report.clearance?;
+            // What had to be bent was hit.
+            Some((path, report.warp.is_some() || !clearance.is_clean()))
+        });
+        hits.extend(tested);
     }
-
-    /// Compares the rounds of another answer to the same query, and adds the results to `tally`. A candidate of both rounds is added
-    /// once.
-    pub(crate) fn compare(&self, rounds: &[Vec<CountedOne>], tally: &mut MapTally) {
-        let mut seen = FxHashSet::default();
-        let counted = rounds.iter().flatten();
-        for one in counted.filter(|one| seen.insert(one.path)) {
-            if let Some(&is_hit) = self.hits.get(&one.path) {
-                tally.add(one, is_hit);
-            }
-        }
-    }
+    hits
 }
 
 /// Numbers of candidates by the results of maps and exact test.
@@ -558,6 +515,17 @@ pub(crate) struct MapTally {
 }
 
 impl MapTally {
+    /// Adds the rounds of an answer. A candidate of both rounds is added once.
+    fn compare(&mut self, hits: &FxHashMap<PathId, bool>, rounds: &[Vec<CountedOne>]) {
+        let mut seen = FxHashSet::default();
+        let counted = rounds.iter().flatten();
+        for one in counted.filter(|one| seen.insert(one.path)) {
+            if let Some(&is_hit) = hits.get(&one.path) {
+                self.add(one, is_hit);
+            }
+        }
+    }
+
     /// Adds a candidate.
     fn add(&mut self, one: &CountedOne, is_hit: bool) {
         let is_removed = one.overlap.body > 0;
@@ -574,31 +542,26 @@ impl MapTally {
     }
 
     /// Number of candidates that were added.
-    #[must_use]
     pub(crate) fn candidates(&self) -> usize {
         self.hits + self.clean
     }
 
     /// Number of candidates that the maps keep.
-    #[must_use]
     pub(crate) fn kept(&self) -> usize {
         self.hits_kept + self.clean - self.clean_removed
     }
 
     /// Share of the hit candidates that the maps keep; 0 if there are none.
-    #[must_use]
     pub(crate) fn weak(&self) -> f64 {
         share(self.hits_kept, self.hits)
     }
 
     /// Share of the clean candidates that the maps remove; 0 if there are none.
-    #[must_use]
     pub(crate) fn wrong(&self) -> f64 {
         share(self.clean_removed, self.clean)
     }
 
     /// Share of all candidates that only the exact test decides; 0 if there are none.
-    #[must_use]
     pub(crate) fn undecided_share(&self) -> f64 {
         share(self.undecided, self.candidates())
     }

@@ -7,8 +7,8 @@ use crate::measure::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_fixtures::balls::{BallSettings, BallThrower, Part};
-use sabaki_fixtures::throw::RandomDraw;
+use sabaki_fixtures::balls::{BallThrower, Part};
+use sabaki_fixtures::throw::{Aim, aimed};
 use serde_json::{Map, Value, json};
 
 use super::bake::{self, GraphArgs};
@@ -63,34 +63,39 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 /// Throws at every cell, each time at the same moments.
 fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
     let mut coverage = Coverage::new(args.directions as usize);
-    let cells: Vec<Cell> = coverage.cells().collect();
+    let cells = coverage.cells.len();
     /// One of each of 35 kinds from 8 directions, ten times.
     const ATTACKS: u64 = 2800;
-    let each = (args.attacks.unwrap_or(ATTACKS) / cells.len() as u64).max(1);
-    let bar = output::progress("throwing", each * cells.len() as u64);
+    let each = (args.attacks.unwrap_or(ATTACKS) / cells as u64).max(1);
+    let bar = output::progress("throwing", each * cells as u64);
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let of_cell = |number: usize| {
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let one = |index: u64| {
             cancel::check()?;
-            let (cell, seed) = (cells[number], args.seed);
-            let draw = RandomDraw { seed, index };
-            let thrown = coverage.throw(baked, cell, draw, args.speed);
-            let throw = thrown.map_err(|error| Failure::Attack {
-                index: index as usize,
-                error,
-            })?;
+            let (cell, _) = coverage.cells[number];
+            let aim = Aim {
+                from: coverage.from(cell.direction),
+                height: HEIGHTS[cell.height].1,
+                lead: LEADS[cell.lead],
+                speed: args.speed,
+                radius: 0.1,
+                distance: 2.0,
+            };
+            let moment = index * cells as u64 + number as u64;
+            let throw = aimed(baked, &aim, args.seed, moment);
+            let throw = throw.map_err(Failure::attack(index))?;
             query.answer(throw.request(), &mut context, &mut answer);
             bar.inc(1);
             Ok(answer.avoided)
         };
         (0..each).map(one).collect::<Result<Vec<bool>, Failure>>()
     };
-    let results = in_parallel(args.threads as usize, cells.len(), of_cell);
+    let results = in_parallel(args.threads as usize, cells, of_cell);
     bar.finish_and_clear();
-    for (&cell, avoided) in cells.iter().zip(results) {
-        avoided?.iter().for_each(|&one| coverage.add(cell, one));
+    for ((_, count), avoided) in coverage.cells.iter_mut().zip(results) {
+        avoided?.into_iter().for_each(|one| count.add(one));
     }
     Ok(coverage)
 }
@@ -101,8 +106,7 @@ fn percent(share: f64) -> String {
 
 fn document(coverage: &Coverage) -> Value {
     let name = |direction: usize| direction_name(coverage, direction);
-    let cell = |cell: Cell| {
-        let count = coverage.count(|other| other == cell);
+    let cell = |&(cell, count): &(Cell, AvoidedCount)| {
         let [low, high] = count.interval();
         json!({
             "direction": name(cell.direction),
@@ -136,7 +140,7 @@ fn document(coverage: &Coverage) -> Value {
         "share": count.value(),
         "low": low,
         "high": high,
-        "cells": coverage.cells().map(cell).collect::<Vec<_>>(),
+        "cells": coverage.cells.iter().map(cell).collect::<Vec<_>>(),
         "gaps": gaps.iter().map(gap).collect::<Vec<_>>(),
         "capture_next": next.map(|gap| advice(coverage, gap)),
     })
@@ -172,7 +176,7 @@ fn text(coverage: &Coverage) -> String {
         .collect();
     let mut table = output::table(&head, 2);
     for height in (0..HEIGHTS.len()).rev() {
-        for direction in 0..coverage.directions() {
+        for direction in 0..coverage.directions {
             let is = |cell: Cell| cell.height == height && cell.direction == direction;
             let at = |lead: usize| percent(coverage.share(|c| is(c) && c.lead == lead));
             let names = [
@@ -206,7 +210,7 @@ fn words(coverage: &Coverage) -> String {
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or((0, 0.0))
     };
-    let (direction, of_direction) = least(coverage.directions(), &|index| {
+    let (direction, of_direction) = least(coverage.directions, &|index| {
         coverage.share(|cell| cell.direction == index)
     });
     let (height, of_height) = least(HEIGHTS.len(), &|index| {
@@ -256,7 +260,7 @@ fn throw_by_time(args: &Args, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failur
     const BATCH: u64 = 50;
     let attacks = args.attacks.unwrap_or(ATTACKS);
     let bar = output::progress("throwing", attacks * CONTACTS.len() as u64);
-    let thrower = BallThrower::new(baked, BallSettings::default());
+    let thrower = BallThrower::new(baked);
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let batches = attacks.div_ceil(BATCH);
@@ -270,12 +274,8 @@ fn throw_by_time(args: &Args, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failur
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         for index in first..(first + BATCH).min(attacks) {
             cancel::check()?;
-            let seed = args.seed;
-            let thrown = thrower.throw(contact, RandomDraw { seed, index });
-            let thrown = thrown.map_err(|error| Failure::Attack {
-                index: index as usize,
-                error,
-            })?;
+            let thrown = thrower.throw(contact, args.seed, index);
+            let thrown = thrown.map_err(Failure::attack(index))?;
             bar.inc(1);
             let Some(thrown) = thrown else { continue };
             let throw = &thrown.throw;
@@ -327,10 +327,10 @@ fn time_document(rows: &[TimeRow]) -> Value {
                 "high": walking_high,
                 "walks_on": avoided(row.walking_on),
             },
-            "hits": Cause::ALL.into_iter().zip(row.causes.counts)
+            "hits": Cause::ALL.into_iter().zip(row.causes)
                 .map(|(cause, count)| (cause.name().replace(' ', "_"), json!(count)))
                 .collect::<Map<_, _>>(),
-            "short_by_m": row.causes.short_by().map(round),
+            "short_by_m": row.short_by().map(round),
         })
     };
     json!({ "by_time": rows.iter().map(row).collect::<Vec<_>>() })
@@ -348,9 +348,9 @@ fn time_text(rows: &[TimeRow]) -> String {
         .chain(["short by"])
         .collect();
     let mut hits = output::table(&head, 0);
-    let percent = |share: AvoidedCount| match share.attacks {
+    let known = |share: AvoidedCount| match share.attacks {
         0 => "-".to_owned(),
-        _ => format!("{:.0}%", 100.0 * share.value()),
+        _ => percent(share.value()),
     };
     for row in rows {
         let [low, high] = row.all.interval().map(|end| 100.0 * end);
@@ -358,21 +358,16 @@ fn time_text(rows: &[TimeRow]) -> String {
         let first = [
             contact.clone(),
             row.all.attacks.to_string(),
-            percent(row.all),
+            known(row.all),
             format!("{low:.0}-{high:.0}%"),
         ];
-        let walking = [row.walking, row.walking_on].map(percent);
-        shares.add_row(
-            first
-                .into_iter()
-                .chain(row.parts.map(percent))
-                .chain(walking),
-        );
-        let counts = row.causes.counts.iter();
-        let sum: usize = counts.map(|&count| count as usize).sum();
-        let counts = row.causes.counts.map(|count| count.to_string());
-        let short = row.causes.short_by();
-        let short = short.map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres));
+        let walking = [row.walking, row.walking_on].map(known);
+        shares.add_row(first.into_iter().chain(row.parts.map(known)).chain(walking));
+        let sum: u32 = row.causes.iter().sum();
+        let counts = row.causes.map(|count| count.to_string());
+        let short = row
+            .short_by()
+            .map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres));
         let first = [contact, sum.to_string()].into_iter();
         hits.add_row(first.chain(counts).chain([short]));
     }
@@ -399,8 +394,8 @@ fn direction_name(coverage: &Coverage, direction: usize) -> String {
         "front right",
     ];
     let eighths = 8 * direction;
-    if eighths.is_multiple_of(coverage.directions()) {
-        return NAMES[eighths / coverage.directions()].to_owned();
+    if eighths.is_multiple_of(coverage.directions) {
+        return NAMES[eighths / coverage.directions].to_owned();
     }
     format!("{:.0}° left", coverage.from(direction).to_degrees())
 }

@@ -8,16 +8,15 @@ use std::time::Instant;
 use indicatif::ProgressIterator;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg32;
-use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::{AnimationSet, Character, ClipId, Crowd, CrowdSettings, LevelId, Placement};
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa, Rigid2, thread_count};
 use sabaki_app::percentile::percentile;
-use sabaki_fixtures::demo;
 use serde_json::{Value, json};
 
 use super::bake;
 use super::numbers::{number, whole};
+use super::output::usage;
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
@@ -96,10 +95,6 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }))
 }
 
-fn usage(error: impl std::fmt::Display) -> Failure {
-    Failure::Usage(error.to_string())
-}
-
 /// All joints, and levels by distance, on all instruction sets and numbers of threads; each level on the widest registers and one thread.
 fn cases(args: &Args, levels: usize) -> Vec<(Lod, Isa, usize)> {
     let most = thread_count(args.threads as usize).min(CrowdSettings::MOST_THREADS);
@@ -125,7 +120,7 @@ struct Scene {
 
 impl Scene {
     fn new(args: &Args) -> Result<Self, Failure> {
-        let (skeleton, clips) = clips(args)?;
+        let (skeleton, clips, _) = bake::read_clips(args.clip.as_slice(), &Default::default())?;
         let levels = Levels::build(&skeleton, &clips, &LevelSettings::default()).map_err(usage)?;
         let settings = SwitchSettings {
             rule: Rule::ScreenError {
@@ -213,20 +208,6 @@ impl Scene {
     }
 }
 
-fn clips(args: &Args) -> Result<(Skeleton, Vec<Clip>), Failure> {
-    match &args.clip {
-        None => {
-            let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
-            Ok((motions.skeleton, motions.clips))
-        }
-        Some(path) => {
-            let options = sabaki_import::ReadOptions::default();
-            let set = sabaki_import::read_clips(std::slice::from_ref(path), None, &options)?;
-            Ok((set.skeleton, set.clips))
-        }
-    }
-}
-
 impl Row {
     fn lod(&self) -> String {
         match self.lod {
@@ -267,27 +248,20 @@ impl Row {
 }
 
 fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
-    let head = [
-        "levels",
-        "registers",
-        "threads",
-        "joints",
-        "ms",
-        "ns a joint",
-        "times as fast",
-    ];
-    let mut table = output::table(&head, 2);
-    for row in rows {
-        table.add_row([
-            row.lod(),
-            row.isa(),
-            row.threads.to_string(),
-            format!("{:.2}", row.joints),
-            format!("{:.3}", row.ms),
-            format!("{:.2}", row.per_joint(args)),
-            format!("{:.2}", row.against_plain(rows)),
-        ]);
-    }
+    let two = |number: f64| format!("{number:.2}");
+    let table = output::table_of(
+        2,
+        rows,
+        &[
+            ("levels", &|row| row.lod()),
+            ("registers", &|row| row.isa()),
+            ("threads", &|row| row.threads.to_string()),
+            ("joints", &|row| two(row.joints)),
+            ("ms", &|row| format!("{:.3}", row.ms)),
+            ("ns a joint", &|row| two(row.per_joint(args))),
+            ("times as fast", &|row| two(row.against_plain(rows))),
+        ],
+    );
     format!(
         "{} characters, {} clips, {} levels, {:.1} MB of keys; medians of {} frames\n\
          distance: a column {ABREAST} abreast, {APART} m apart, seen from its head; at most {} pixels of error\n\

@@ -5,7 +5,7 @@ use sabaki::gpu::{self, CullerDesc, GpuError};
 use sabaki::maps::RegionAtlas;
 use sabaki::query::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
 use sabaki::query::{CullPath, QuerySettings};
-use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc};
+use sabaki_fixtures::headless::{Cullers, DeviceChoice, Headless, HeadlessDesc, Message};
 
 use super::Failure;
 
@@ -59,7 +59,11 @@ impl DeviceArgs {
 
 /// Frees a device, and prints what validation said.
 pub(crate) fn destroy(device: Headless) {
-    for message in device.destroy() {
+    report(&device.destroy());
+}
+
+fn report(messages: &[Message]) {
+    for message in messages {
         eprintln!("validation: {message:?}");
     }
 }
@@ -88,13 +92,10 @@ pub(crate) struct Culling {
 
 /// A device with the cullers of one graph.
 struct DeviceCullers {
-    // `None` only while it is destroyed.
-    headless: Option<Headless>,
-    name: String,
-    /// The culler, or why there is none.
-    stencil: Result<gpu::Culler, String>,
-    /// Created at its first use.
-    compute: Option<gpu::Culler>,
+    headless: Headless,
+    cullers: Cullers,
+    /// Why there is no stencil path, if there is none.
+    stencil: Result<(), String>,
 }
 
 impl Culling {
@@ -135,7 +136,8 @@ impl Culling {
 
     /// Which device culls, if there is one.
     pub(crate) fn device_name(&self) -> Option<&str> {
-        self.device.as_ref().ok().map(|device| device.name.as_str())
+        let device = self.device.as_ref().ok();
+        device.map(|device| device.headless.device_name())
     }
 
     /// The stencil path where it can run, else the CPU's.
@@ -175,7 +177,7 @@ impl Culling {
     /// Whether the stencil path can run, or why not.
     fn stencil(&self) -> Result<(), &str> {
         let device = self.device.as_ref().map_err(String::as_str)?;
-        device.stencil.as_ref().map(drop).map_err(String::as_str)
+        device.stencil.as_ref().copied().map_err(String::as_str)
     }
 
     /// Makes what a path needs on the device and takes the maps there, so that the first query's time is one like the others.
@@ -237,9 +239,11 @@ impl Culling {
             });
         }
         let device = self.device.as_mut().map_err(|why| cannot_run(path, why))?;
-        let gone = || of_gpu(GpuError::Unfinished);
-        let headless = device.headless.as_mut().ok_or_else(gone)?;
-        let (first, slots) = (inputs.first().ok_or_else(gone)?, inputs.len() as u32);
+        let headless = &mut device.headless;
+        let Some(first) = inputs.first() else {
+            return Err(of_gpu(GpuError::Unfinished));
+        };
+        let slots = inputs.len() as u32;
         let desc = CullerDesc {
             counted: Counted::FOR_A_CHOICE,
             ..CullerDesc::new(path, first.atlas).for_settings(&QuerySettings::default(), slots)
@@ -259,11 +263,9 @@ impl Culling {
         path: CullPath,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, Failure> {
-        let counted = match &mut self.device {
-            Ok(device) => device.count(path, input),
-            Err(why) => Err(why.clone()),
-        };
-        counted.map_err(|why| cannot_run(path, &why))
+        let device = self.device.as_mut().map_err(|why| cannot_run(path, why))?;
+        let counted = device.count(path, input);
+        counted.map_err(|error| cannot_run(path, &error.to_string()))
     }
 }
 
@@ -271,46 +273,21 @@ fn cannot_run(path: CullPath, why: &str) -> Failure {
     Failure::Device(format!("the {path} path cannot run: {why}"))
 }
 
-fn make(
-    headless: &mut Headless,
-    path: CullPath,
-    atlas: &RegionAtlas,
-) -> Result<gpu::Culler, String> {
-    let desc = CullerDesc {
-        name: path.name(),
-        counted: Counted::FOR_A_CHOICE,
-        ..CullerDesc::new(path, atlas)
-    };
-    let made = headless.make(|context, memory| gpu::Culler::new(context, memory, &desc));
-    made.map_err(|error| error.to_string())
-}
-
 impl DeviceCullers {
     fn new(mut headless: Headless, atlas: &RegionAtlas) -> Self {
+        let mut cullers = Cullers::default();
+        let stencil = cullers.get(&mut headless, CullPath::Stencil, atlas);
         Self {
-            stencil: make(&mut headless, CullPath::Stencil, atlas),
-            compute: None,
-            name: headless.device_name().to_owned(),
-            headless: Some(headless),
+            stencil: stencil.map(drop).map_err(|error| error.to_string()),
+            cullers,
+            headless,
         }
     }
 
-    fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Vec<Overlap>, String> {
-        let gone = || GpuError::Unfinished.to_string();
-        let headless = self.headless.as_mut().ok_or_else(gone)?;
-        let culler = match path {
-            CullPath::Compute => {
-                if self.compute.is_none() {
-                    self.compute = Some(make(headless, path, input.atlas)?);
-                }
-                self.compute.as_mut().ok_or_else(gone)?
-            }
-            _ => self.stencil.as_mut().map_err(|why| why.clone())?,
-        };
-        match headless.cull(culler, input) {
-            Ok(overlaps) => Ok(overlaps),
-            // A limit of this device or of the culler's buffers: the CPU has none, and counts the
-            // same.
+    fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Vec<Overlap>, GpuError> {
+        let culler = self.cullers.get(&mut self.headless, path, input.atlas)?;
+        match self.headless.cull(culler, input) {
+            // A limit of this device or of the culler's buffers: the CPU has none, and counts the same.
             Err(GpuError::Limit {
                 limit,
                 needed,
@@ -326,21 +303,14 @@ impl DeviceCullers {
                 cpu::count(input, &mut overlaps);
                 Ok(overlaps)
             }
-            Err(error) => Err(error.to_string()),
+            counted => counted,
         }
     }
 }
 
 impl Drop for DeviceCullers {
     fn drop(&mut self) {
-        let Some(mut headless) = self.headless.take() else {
-            return;
-        };
-        let stencil = std::mem::replace(&mut self.stencil, Err(String::new()));
-        let cullers = stencil.ok().into_iter().chain(self.compute.take());
-        if let Ok(memory) = headless.memory() {
-            cullers.for_each(|culler| culler.destroy(memory));
-        }
-        destroy(headless);
+        self.cullers.destroy(&mut self.headless);
+        report(&self.headless.close());
     }
 }

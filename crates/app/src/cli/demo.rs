@@ -6,13 +6,13 @@ use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{CullPath, Enumerate, QuerySettings};
 use sabaki_fixtures::throw::Throw;
+use sabaki_import::export::MotionFormat;
 use serde_json::json;
 
 use super::culling::{self, Culling, DeviceArgs};
-use super::export::{Export, FormatArg};
+use super::export::Export;
 use super::queries::{Method, Pass, QueryRunner, Run, random_throws};
-use super::summary::{self, Summary};
-use super::{Done, Failure, bake, cancel, output, sheet};
+use super::{Done, Failure, bake, cancel, output, sheet, summary};
 
 /// Number of balls, and number of balls that are listed one by one.
 const ATTACKS: u64 = 100;
@@ -28,7 +28,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let baked = bake::embedded_anew()?;
     let graph = &baked.graph;
     graph.prepare();
-    let export = Export::new(folder, FormatArg::Bvh, graph)?;
+    let export = Export::new(folder, MotionFormat::Bvh, graph)?;
     let throws = random_throws(graph, SEED, 0..ATTACKS)?;
     let mut culling = Culling::new(culling::open(device)?, graph.atlas());
     let passes = passes(graph, &throws, &mut culling)?;
@@ -41,12 +41,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         &mut culling,
     )?;
     if as_json {
-        let rows: Vec<_> = Summary::of_all(&passes)
-            .iter()
-            .map(Summary::to_json)
-            .collect();
-        let mut document = rows[0].clone();
-        document["rows"] = json!(rows);
+        let mut document = summary::document(&passes);
         document["graph"] = bake::bake_statistics(&baked);
         document["files"] = json!(files);
         return Ok(Done::ok(Done::json(&document)));
@@ -127,17 +122,14 @@ fn write_files(
     runner.ask(method, &settings, throw, culling)?;
     let answer = &runner.answer;
     let mut files = export
-        .write_as("dodge", throw, &settings, method, answer)?
+        .write("dodge", throw, &settings, method, answer)?
         .to_vec();
     let graph = Path::new(FOLDER).join("fighter.sabaki");
     archive::write(&graph, baked)?;
     files.push(graph);
     if let Some((sheet, _)) = sheet::draw_answer(baked, throw, answer, sheet::on_cpu)? {
         let path = Path::new(FOLDER).join("maps.png");
-        sheet.write(&path).map_err(|source| Failure::Write {
-            path: path.clone(),
-            source,
-        })?;
+        sheet.write(&path)?;
         files.push(path);
     }
     Ok(files

@@ -6,15 +6,14 @@ use std::path::PathBuf;
 use sabaki::maps::BakedGraph;
 use sabaki::query::QuerySettings;
 use sabaki_fixtures::throw::Throw;
-use serde_json::Value;
+use sabaki_import::export::MotionFormat;
 
 use super::bake::{self, GraphArgs};
 use super::culling::{self, Culling, DeviceArgs};
-use super::export::{self, Export, FormatArg};
+use super::export::{self, Export};
 use super::numbers::whole;
 use super::queries::{Method, MethodArgs, Pass, file_throw, file_throws, random_throws};
-use super::summary::{self, Summary};
-use super::{Done, Failure, cancel, explain};
+use super::{Done, Failure, cancel, explain, summary};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -42,8 +41,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
     /// Format of the motions: BVH, or glTF with their events.
-    #[arg(long, value_enum, requires = "export", default_value = "bvh")]
-    format: FormatArg,
+    #[arg(long, requires = "export", default_value = "bvh", value_parser = export::format_parser())]
+    format: MotionFormat,
     /// Answers only the attack with this index, and explains the outcome of each candidate.
     #[arg(long, value_name = "INDEX", value_parser = whole::<u64>(0..=1_000_000_000), conflicts_with_all = ["attacks", "threads", "check"])]
     explain: Option<u64>,
@@ -78,12 +77,13 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if let Some(index) = args.explain {
         let explained = explain::ask(&baked, &throws[0], methods[0], &mut culling)?;
         if let Some(export) = &export {
-            let (settings, answer) = (&explained.settings, explained.answer());
-            export.write(index, &throws[0], settings, methods[0], answer)?;
+            let (settings, answer) = (&explained.request.settings, explained.answer());
+            let name = export::name(index);
+            export.write(&name, &throws[0], settings, methods[0], answer)?;
         }
         let text = match as_json {
-            true => Done::json(&explained.document(index)?),
-            false => explained.text(index, args.all)?,
+            true => Done::json(&explained.document(index)),
+            false => explained.text(index, args.all),
         };
         let no = args.attack.is_some() && !explained.run.avoided;
         return Ok(Done::answer(text, !no));
@@ -109,9 +109,11 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             &mut culling,
             |index, answer| match export {
                 None => Ok(()),
-                Some(export) => export
-                    .write(index as u64, &throws[index], &settings, method, answer)
-                    .map(drop),
+                Some(export) => {
+                    let name = export::name(index as u64);
+                    let written = export.write(&name, &throws[index], &settings, method, answer);
+                    written.map(drop)
+                }
             },
         )?;
         passes.push(pass);
@@ -137,17 +139,12 @@ impl Args {
 }
 
 fn document(baked: &BakedGraph, passes: &[Pass]) -> String {
-    let rows: Vec<Value> = Summary::of_all(passes)
-        .iter()
-        .map(Summary::to_json)
-        .collect();
     let results = passes.iter().flat_map(|pass| {
         let numbered = pass.runs.iter().enumerate();
         numbered.map(|(index, run)| run.to_json(baked, index, pass.method))
     });
-    let mut document = rows[0].clone();
+    let mut document = summary::document(passes);
     document["results"] = results.collect();
-    document["rows"] = Value::Array(rows);
     document["graph"] = bake::statistics(baked);
     Done::json(&document)
 }

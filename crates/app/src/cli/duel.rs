@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use sabaki::graph::EdgeId;
 use sabaki::maps::BakedGraph;
-use sabaki_app::play::{APART, Fight, PATIENCE, PlayError, score};
+use sabaki_app::play::{APART, Fight, PATIENCE, clip_of, score};
 use sabaki_draw::scene::Exchange;
 use serde_json::{Value, json};
 
 use super::bake::{self, GraphArgs};
 use super::numbers::{number, whole};
+use super::output::usage;
 use super::{Done, Failure, cancel, output};
 
 /// A duel; `render duel` draws the same.
@@ -55,7 +55,6 @@ pub(crate) fn run(args: &FightArgs, as_json: bool) -> Result<Done, Failure> {
 
 /// Runs the duel, and exports it.
 pub(crate) fn fight(baked: &Arc<BakedGraph>, args: &FightArgs) -> Result<Fought, Failure> {
-    let usage = |error: PlayError| Failure::Usage(error.to_string());
     if let Some(folder) = &args.export {
         let option = format!("--export {}", folder.display());
         output::check_can_be_folder(&option, folder)?;
@@ -73,12 +72,6 @@ pub(crate) fn fight(baked: &Arc<BakedGraph>, args: &FightArgs) -> Result<Fought,
         fight.export(folder).map_err(usage)?;
     }
     Ok(Fought { fight, is_whole })
-}
-
-/// The clip that an edge starts in.
-pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
-    let graph = baked.graph();
-    graph.clip(graph.node(graph.edge(edge).from).clip).name()
 }
 
 /// Why the duel ended before its last round.
@@ -115,36 +108,28 @@ pub(crate) fn document(baked: &BakedGraph, fought: &Fought) -> Value {
 }
 
 fn describe(baked: &BakedGraph, fought: &Fought) -> String {
-    let head = [
-        "attacker",
-        "attack",
-        "answer",
-        "by",
-        "at",
-        "lead",
-        "clearance",
-    ];
-    let mut table = output::table(&head, 4);
-    for exchange in &fought.fight.exchanges {
-        let by = exchange.by.map_or("", |edge| clip_of(baked, edge));
-        let clearance = exchange
-            .clearance
-            .map(|metres| format!("{:.1} cm", 100.0 * metres));
-        table.add_row([
-            exchange.attacker_name().to_owned(),
-            clip_of(baked, exchange.attack).to_owned(),
-            if exchange.is_avoided() {
-                "avoided"
-            } else {
-                "HIT"
-            }
-            .to_owned(),
-            by.to_owned(),
-            format!("{:.2} s", exchange.announced),
-            format!("{:.2} s", exchange.contact - exchange.announced),
-            clearance.unwrap_or_else(|| "far".to_owned()),
-        ]);
-    }
+    let seconds = |seconds: f32| format!("{seconds:.2} s");
+    let table = output::table_of(
+        4,
+        &fought.fight.exchanges,
+        &[
+            ("attacker", &|one| one.attacker_name().to_owned()),
+            ("attack", &|one| clip_of(baked, one.attack).to_owned()),
+            ("answer", &|one| {
+                if one.is_avoided() { "avoided" } else { "HIT" }.to_owned()
+            }),
+            ("by", &|one| {
+                let by = one.by.map_or("", |edge| clip_of(baked, edge));
+                by.to_owned()
+            }),
+            ("at", &|one| seconds(one.announced)),
+            ("lead", &|one| seconds(one.contact - one.announced)),
+            ("clearance", &|one| match one.clearance {
+                Some(metres) => format!("{:.1} cm", 100.0 * metres),
+                None => "far".to_owned(),
+            }),
+        ],
+    );
     let line = score_line(fought);
     let mut text = format!(
         "{table}\n\nlead: time from the beginning of the strike, which the other one sees, to its furthest reach.\n\n{line}\n"

@@ -8,6 +8,7 @@ use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, RateError};
 use sabaki_fixtures::throw::Throw;
+use sabaki_import::RecordedRequest;
 use sabaki_import::export::{
     ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,
 };
@@ -16,6 +17,7 @@ use serde_json::{Value, json};
 use super::Failure;
 use super::culling::Culling;
 use super::export::recorded;
+use super::output::usage;
 use super::queries::{Method, QueryRunner, Run};
 
 /// Width of a line, in characters.
@@ -28,7 +30,8 @@ pub(crate) struct Explained<'a> {
     baked: &'a BakedGraph,
     throw: &'a Throw,
     method: Method,
-    pub(crate) settings: QuerySettings,
+    /// The query as exported files hold it.
+    pub(crate) request: RecordedRequest,
     runner: QueryRunner<'a>,
     pub(crate) run: Run,
 }
@@ -46,62 +49,38 @@ pub(crate) fn ask<'a>(
     };
     let mut runner = QueryRunner::new(baked);
     let run = runner.ask(method, &settings, throw, culling)?;
+    let graph = archive::checksum(baked).map_err(usage)?;
     Ok(Explained {
         baked,
         throw,
         method,
-        settings,
+        request: recorded(graph, throw, &settings, method),
         runner,
         run,
     })
 }
 
-/// A group of candidates in the list.
-#[derive(Clone, Copy, PartialEq)]
-enum Outcome {
-    Chosen,
-    Outscored,
-    Untested,
-    Hit,
-    TooHard,
-    Culled,
-    NotInTime,
-}
-
-/// The outcomes, best first, with their meanings.
-const OUTCOMES: [(Outcome, &str); 7] = [
-    (Outcome::Chosen, "chosen"),
-    (
-        Outcome::Outscored,
-        "outscored: another candidate has a smaller V",
-    ),
-    (
-        Outcome::Untested,
-        "not tested: no clearance would make V smaller than that of the chosen one",
-    ),
-    (Outcome::Hit, "hit: by the exact test"),
-    (
-        Outcome::TooHard,
-        "too hard: the body would push off harder than in the clips",
-    ),
-    (Outcome::Culled, "culled: the body maps overlap the attack"),
-    (
-        Outcome::NotInTime,
-        "not in time: no rate starts the evasion when the attack starts",
-    ),
-];
-
-impl Outcome {
-    fn of(report: &CandidateReport) -> Self {
-        match report.result {
-            CandidateResult::Chosen => Self::Chosen,
-            CandidateResult::Outscored if report.clearance.is_none() => Self::Untested,
-            CandidateResult::Outscored => Self::Outscored,
-            CandidateResult::Hit => Self::Hit,
-            CandidateResult::TooHard => Self::TooHard,
-            CandidateResult::Culled => Self::Culled,
-            CandidateResult::NotInTime => Self::NotInTime,
+/// The group of a candidate in the list, best first, with its meaning.
+fn outcome(report: &CandidateReport) -> (u8, &'static str) {
+    match report.result {
+        CandidateResult::Chosen => (0, "chosen"),
+        CandidateResult::Outscored if report.clearance.is_some() => {
+            (1, "outscored: another candidate has a smaller V")
         }
+        CandidateResult::Outscored => (
+            2,
+            "not tested: no clearance would make V smaller than that of the chosen one",
+        ),
+        CandidateResult::Hit => (3, "hit: by the exact test"),
+        CandidateResult::TooHard => (
+            4,
+            "too hard: the body would push off harder than in the clips",
+        ),
+        CandidateResult::Culled => (5, "culled: the body maps overlap the attack"),
+        CandidateResult::NotInTime => (
+            6,
+            "not in time: no rate starts the evasion when the attack starts",
+        ),
     }
 }
 
@@ -110,35 +89,36 @@ impl Explained<'_> {
         &self.runner.answer
     }
 
-    /// Calls `use_it` with the answer as exported files hold it.
-    fn with_exported<T>(&self, use_it: impl FnOnce(ExportedAnswer<'_>) -> T) -> Result<T, Failure> {
-        let graph = archive::checksum(self.baked);
-        let graph = graph.map_err(|error| Failure::Usage(error.to_string()))?;
-        Ok(use_it(ExportedAnswer {
+    fn exported(&self) -> ExportedAnswer<'_> {
+        ExportedAnswer {
             baked: self.baked,
-            request: &recorded(graph, self.throw, &self.settings, self.method),
+            request: &self.request,
             answer: self.answer(),
-        }))
+        }
     }
 
     /// Every candidate as JSON.
-    pub(crate) fn document(&self, index: u64) -> Result<Value, Failure> {
-        let mut document = self.with_exported(document)?;
+    pub(crate) fn document(&self, index: u64) -> Value {
+        let mut document = document(self.exported());
         document["attack_index"] = json!(index);
         document["cull"] = json!(self.method.cull.name());
-        Ok(document)
+        document
     }
 
     /// The query, the answer, and the candidates by outcome; of long lists the best, unless `all` are wanted.
-    pub(crate) fn text(&self, index: u64, all: bool) -> Result<String, Failure> {
+    pub(crate) fn text(&self, index: u64, all: bool) -> String {
         let mut text = self.summary(index);
-        self.with_exported(|exported| {
-            for (outcome, meaning) in OUTCOMES {
-                list(&mut text, exported, outcome, meaning, all);
-            }
-        })?;
+        let mut reports: Vec<_> = self.answer().candidates.iter().collect();
+        let order = |report| (outcome(report).0, rank(report));
+        reports.sort_by(|&a, &b| {
+            let (a, b) = (order(a), order(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        for some in reports.chunk_by(|a, b| outcome(a) == outcome(b)) {
+            list(&mut text, self.exported(), some, all);
+        }
         let lines = text.lines().map(|line| shortened(line, WIDTH) + "\n");
-        Ok(lines.collect())
+        lines.collect()
     }
 
     fn summary(&self, index: u64) -> String {
@@ -207,24 +187,10 @@ impl Explained<'_> {
     }
 }
 
-/// Lists the candidates with one outcome, best first.
-fn list(
-    text: &mut String,
-    exported: ExportedAnswer<'_>,
-    outcome: Outcome,
-    meaning: &str,
-    all: bool,
-) {
-    let reports = exported.answer.candidates.iter();
-    let mut some: Vec<&CandidateReport> = reports
-        .filter(|report| Outcome::of(report) == outcome)
-        .collect();
-    if some.is_empty() {
-        return;
-    }
-    some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-    let _ = writeln!(text, "\n{meaning} ({})", some.len());
-    if outcome != Outcome::NotInTime {
+/// Lists the candidates with one outcome.
+fn list(text: &mut String, exported: ExportedAnswer<'_>, some: &[&CandidateReport], all: bool) {
+    let _ = writeln!(text, "\n{} ({})", outcome(some[0]).1, some.len());
+    if some[0].result != CandidateResult::NotInTime {
         let _ = writeln!(
             text,
             "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, QuerySettings};
@@ -10,13 +11,15 @@ use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
 use sabaki_import::{Chosen, ReadError, RecordedRequest, Recording};
 use serde_json::json;
 
+use super::output::usage;
 use super::queries::Method;
 use super::{Done, Failure, output};
 
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum FormatArg {
-    Bvh,
-    Glb,
+pub(crate) fn format_parser() -> impl TypedValueParser<Value = MotionFormat> {
+    PossibleValuesParser::new(["bvh", "glb"]).map(|format| match format.as_str() {
+        "bvh" => MotionFormat::Bvh,
+        _ => MotionFormat::Glb,
+    })
 }
 
 /// A folder that answers are written to.
@@ -29,7 +32,7 @@ pub(crate) struct Export<'a> {
 }
 
 /// Name of an answer's files, without an ending.
-fn name(index: u64) -> String {
+pub(crate) fn name(index: u64) -> String {
     format!("attack_{index:04}")
 }
 
@@ -51,39 +54,21 @@ impl<'a> Export<'a> {
     /// Makes the folder.
     pub(crate) fn new(
         folder: &'a Path,
-        format: FormatArg,
+        format: MotionFormat,
         baked: &'a BakedGraph,
     ) -> Result<Self, Failure> {
-        std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
-            path: folder.to_owned(),
-            source,
-        })?;
-        let graph = archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))?;
+        std::fs::create_dir_all(folder).map_err(Failure::file(folder))?;
+        let graph = archive::checksum(baked).map_err(usage)?;
         Ok(Self {
             folder,
-            format: match format {
-                FormatArg::Bvh => MotionFormat::Bvh,
-                FormatArg::Glb => MotionFormat::Glb,
-            },
+            format,
             baked,
             graph,
         })
     }
 
-    /// Writes `attack_0000.bvh` or `.glb`, and `.json`.
+    /// Writes a motion (`.bvh` or `.glb`) and `.json` of this name.
     pub(crate) fn write(
-        &self,
-        index: u64,
-        throw: &Throw,
-        settings: &QuerySettings,
-        method: Method,
-        answer: &Answer,
-    ) -> Result<[PathBuf; 2], Failure> {
-        self.write_as(&name(index), throw, settings, method, answer)
-    }
-
-    /// As [`Export::write`], with another name.
-    pub(crate) fn write_as(
         &self,
         name: &str,
         throw: &Throw,
@@ -96,10 +81,8 @@ impl<'a> Export<'a> {
             request: &recorded(self.graph, throw, settings, method),
             answer,
         };
-        write_answer(self.folder, name, self.format, exported).map_err(|source| Failure::Write {
-            path: self.folder.join(name),
-            source,
-        })
+        let written = write_answer(self.folder, name, self.format, exported);
+        written.map_err(Failure::file(&self.folder.join(name)))
     }
 }
 

@@ -7,9 +7,10 @@ use sabaki::anim::{Clip, JointTransform, Skeleton};
 use sabaki::maps::{Body, Prop};
 use sabaki_import::fit::{BindPose, FitError, FitSettings, JointFit, Mesh, fit_body};
 use sabaki_import::{self, BodyFile, ClipSet, ReadError};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::numbers::number;
+use super::output::usage;
 use super::{Failure, output};
 
 /// The body and its props.
@@ -55,14 +56,16 @@ pub(crate) struct FigureArgs {
 pub(crate) struct Figure {
     pub(crate) body: Option<Body>,
     pub(crate) props: Vec<Prop>,
-    fits: Vec<Fit>,
+    /// The quality of the fits.
+    pub(crate) fits: Vec<Fit>,
     /// Joints whose spheres are far from their mesh, one line each.
     pub(crate) warnings: Vec<String>,
 }
 
 /// A mesh and its spheres.
-struct Fit {
-    file: PathBuf,
+#[derive(Serialize)]
+pub(crate) struct Fit {
+    file: String,
     metres_per_unit: f64,
     size: Vec3,
     spacing: Option<f32>,
@@ -111,7 +114,7 @@ impl FigureArgs {
             figure.body = Some(body.map_err(ReadError::in_file(path))?);
             return Ok(());
         }
-        let wrong = |error: FitError| Failure::Usage(error.to_string()).within(path);
+        let wrong = |error: FitError| usage(error).within(path);
         let mesh = sabaki_import::read_obj(path)?;
         let pose = self.pose(set)?;
         let found = sabaki_import::body_scale(&mesh, pose.joints()).metres_per_unit;
@@ -154,7 +157,7 @@ impl FigureArgs {
             .skeleton
             .find(name)
             .ok_or_else(|| unknown_joint(&set.skeleton, name))?;
-        let wrong = |error: FitError| Failure::Usage(error.to_string()).within(path);
+        let wrong = |error: FitError| usage(error).within(path);
         let mesh = sabaki_import::read_obj(path)?;
         let clips = set
             .scales
@@ -211,7 +214,7 @@ impl FigureArgs {
             )));
         };
         let pose = BindPose::of_frame(&set.skeleton, clip, frame);
-        pose.map_err(|error| Failure::Usage(error.to_string()))
+        pose.map_err(usage)
     }
 }
 
@@ -259,7 +262,7 @@ impl Fit {
     fn of(path: &Path, metres_per_unit: f64, mesh: &Mesh) -> Self {
         let (low, high) = mesh.bounds();
         Self {
-            file: path.to_owned(),
+            file: path.display().to_string(),
             metres_per_unit,
             size: high - low,
             spacing: None,
@@ -268,46 +271,22 @@ impl Fit {
         }
     }
 
-    fn to_json(&self) -> Value {
-        json!({
-            "file": self.file.display().to_string(),
-            "metres_per_unit": self.metres_per_unit,
-            "size": self.size,
-            "spacing": self.spacing,
-            "all": self.all,
-            "joints": self.joints,
-        })
-    }
-
     fn describe(&self) -> String {
         let Vec3 { x, y, z } = self.size;
-        let mut table = output::table(
-            &[
-                "joint",
-                "vertices",
-                "spheres",
-                "mesh out",
-                "mean",
-                "spheres out",
-                "mean",
-            ],
+        let mm = |metres: f32| format!("{:.1} mm", metres * 1e3);
+        let table = output::table_of(
             1,
+            &self.joints,
+            &[
+                ("joint", &|fit| fit.joint.clone()),
+                ("vertices", &|fit| fit.vertices.to_string()),
+                ("spheres", &|fit| fit.spheres.to_string()),
+                ("mesh out", &|fit| mm(fit.mesh_out_max)),
+                ("mean", &|fit| mm(fit.mesh_out_mean)),
+                ("spheres out", &|fit| mm(fit.spheres_out_max)),
+                ("mean", &|fit| mm(fit.spheres_out_mean)),
+            ],
         );
-        for fit in &self.joints {
-            let figures = [
-                fit.mesh_out_max,
-                fit.mesh_out_mean,
-                fit.spheres_out_max,
-                fit.spheres_out_mean,
-            ];
-            let mut row = vec![
-                fit.joint.clone(),
-                fit.vertices.to_string(),
-                fit.spheres.to_string(),
-            ];
-            row.extend(figures.map(|metres| format!("{:.1} mm", metres * 1e3)));
-            table.add_row(row);
-        }
         let limited = if self.all.limited {
             "; not as closely as wished: more spheres would be needed"
         } else {
@@ -315,19 +294,12 @@ impl Fit {
         };
         format!(
             "{}: {x:.2} x {y:.2} x {z:.2} m at {} m a unit, {} spheres{limited}\n{table}\n",
-            self.file.display(),
-            self.metres_per_unit,
-            self.all.spheres
+            self.file, self.metres_per_unit, self.all.spheres
         )
     }
 }
 
 impl Figure {
-    /// The quality of the fits as JSON, with stable keys.
-    pub(crate) fn to_json(&self) -> Value {
-        json!(self.fits.iter().map(Fit::to_json).collect::<Vec<_>>())
-    }
-
     /// The quality of the fits as text.
     pub(crate) fn describe(&self) -> String {
         self.fits.iter().map(Fit::describe).collect()

@@ -22,10 +22,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let path = &args.file;
-    let head = head(path).map_err(|source| Failure::Open {
-        path: path.clone(),
-        source,
-    })?;
+    let head = head(path).map_err(Failure::file(path))?;
     let (document, text) = if archive::is_baked(&head) {
         let baked = archive::read(path)?;
         let mut document = bake::statistics(&baked);
@@ -215,10 +212,7 @@ fn first_pose(clip: &sabaki::anim::Clip) -> sabaki::anim::Pose {
 
 /// Inspects an events file or an attack file, by the key that it has.
 fn json_file(path: &Path) -> Result<(Value, String), Failure> {
-    let bytes = std::fs::read(path).map_err(|source| Failure::Open {
-        path: path.to_owned(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(Failure::file(path))?;
     let has_attacks = serde_json::from_slice::<Value>(without_mark(&bytes))
         .is_ok_and(|value| value.get("attacks").is_some());
     if has_attacks {

@@ -5,18 +5,18 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sabaki::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::lod::{
     Level, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule, SwitchSettings,
     Switching, View,
 };
-use sabaki_fixtures::demo;
 use serde_json::{Value, json};
 
 use super::bake::{self, ReadArgs};
 use super::numbers::number;
+use super::output::usage;
 use super::plot::{Chart, write_figure};
 use super::{Done, Failure, cancel, output};
 
@@ -29,8 +29,8 @@ pub(crate) struct Args {
     read: ReadArgs,
     /// Order in which joints are removed: by energy (as in the paper), or by the displacement of the body
     /// that the removal causes.
-    #[arg(long, value_enum, default_value = "energy")]
-    order: OrderArg,
+    #[arg(long, default_value = "energy", value_parser = order_parser())]
+    order: Order,
     /// Masses of the joints (JSON). Default: 70 kg in all, by the lengths of the bones.
     #[arg(long, value_name = "FILE")]
     masses: Option<PathBuf>,
@@ -51,17 +51,18 @@ pub(crate) struct Args {
     #[arg(long, value_name = "PIXELS", conflicts_with = "vanish", value_parser = number(1e-3..=1e6))]
     error: Option<f32>,
     /// Writes the first clip as each level draws it, as animations of one file (.glb).
-    #[arg(long, value_name = "FILE", value_parser = output::glb_file())]
+    #[arg(long, value_name = "FILE", value_parser = output::file_to_write(&["glb"]))]
     export: Option<PathBuf>,
     /// Draws the levels' errors (.png).
-    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
+    #[arg(long, value_name = "FILE", value_parser = output::file_to_write(&["png"]))]
     plot: Option<PathBuf>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum OrderArg {
-    Energy,
-    Error,
+fn order_parser() -> impl TypedValueParser<Value = Order> {
+    PossibleValuesParser::new(["energy", "error"]).map(|order| match order.as_str() {
+        "energy" => Order::Energy,
+        _ => Order::Error,
+    })
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -77,10 +78,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         archive::write_atomically(path, |file| {
             sabaki_import::gltf::write(file, skeleton, &clips, &[])
         })
-        .map_err(|source| Failure::Write {
-            path: path.clone(),
-            source,
-        })?;
+        .map_err(Failure::file(path))?;
     }
     if let Some(path) = &args.plot {
         write_figure(path, [720, 460], |area| report.errors().draw(area))?;
@@ -90,10 +88,6 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     } else {
         report.describe()
     }))
-}
-
-fn usage(error: LodError) -> Failure {
-    Failure::Usage(error.to_string())
 }
 
 impl Args {
@@ -111,13 +105,8 @@ impl Args {
 
     /// Reads the clips, builds the levels and measures them.
     fn report(&self) -> Result<Report, Failure> {
-        let (skeleton, clips, warnings) = if self.clips.is_empty() {
-            let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
-            (motions.skeleton, motions.clips, Vec::new())
-        } else {
-            let set = sabaki_import::read_clips(&self.clips, None, &self.read.options())?;
-            (set.skeleton, set.clips, set.warnings)
-        };
+        let options = self.read.options();
+        let (skeleton, clips, warnings) = bake::read_clips(&self.clips, &options)?;
         let settings = self.level_settings(&skeleton)?;
         let levels = Levels::build(&skeleton, &clips, &settings).map_err(usage)?;
         let mut pose = Pose::default();
@@ -172,10 +161,7 @@ impl Args {
             }
         };
         Ok(LevelSettings {
-            order: match self.order {
-                OrderArg::Energy => Order::Energy,
-                OrderArg::Error => Order::Error,
-            },
+            order: self.order,
             masses,
             locked: locked?,
             ..LevelSettings::default()

@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use super::bake::GraphArgs;
+use super::output::usage;
 
 /// Options of the mesh.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -78,7 +79,7 @@ impl MeshArgs {
             check_names(&names, &rigged, skeleton).map_err(|error| error.within(map))?;
         }
         let bound = rigged.bind(skeleton, &standing_pose(skeleton, clips), &names);
-        let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(&path))?;
+        let bound = bound.map_err(|error| usage(error).within(&path))?;
         Ok(Some(BoundOutfit::of(bound, &path, notes)))
     }
 
@@ -150,9 +151,8 @@ impl BoundOutfit {
 }
 
 fn read_names(path: &Path) -> Result<JointNames, Failure> {
-    let wrong = |error: String| Failure::Usage(error).within(path);
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    serde_json::from_slice(without_mark(text.as_bytes())).map_err(|error| wrong(error.to_string()))
+    let text = std::fs::read(path).map_err(|error| usage(error).within(path))?;
+    serde_json::from_slice(without_mark(&text)).map_err(|error| usage(error).within(path))
 }
 
 /// A name that neither side has is a mistake.
@@ -161,24 +161,17 @@ fn check_names(
     rigged: &RiggedMesh,
     skeleton: &Skeleton,
 ) -> Result<(), Failure> {
-    for (own, of_graph) in names {
-        if !rigged.joints.iter().any(|joint| joint.name == *own) {
-            let all: Vec<&str> = rigged.joints.iter().map(|joint| &joint.name[..]).collect();
-            let all = all.join(", ");
-            return Err(Failure::Usage(format!(
-                "the mesh has no joint {own:?} among {all}"
-            )));
-        }
-        if skeleton.find(of_graph).is_none() {
-            let all: Vec<&str> = skeleton
-                .joints()
-                .iter()
-                .map(|joint| &joint.name[..])
-                .collect();
-            let all = all.join(", ");
-            return Err(Failure::Usage(format!(
-                "the graph has no joint {of_graph:?} among {all}"
-            )));
+    let of_mesh: Vec<&str> = rigged.joints.iter().map(|joint| &joint.name[..]).collect();
+    let joints = skeleton.joints().iter();
+    let of_graph: Vec<&str> = joints.map(|joint| &joint.name[..]).collect();
+    for (own, other) in names {
+        for (what, name, all) in [("mesh", own, &of_mesh), ("graph", other, &of_graph)] {
+            if !all.contains(&name.as_str()) {
+                let all = all.join(", ");
+                return Err(Failure::Usage(format!(
+                    "the {what} has no joint {name:?} among {all}"
+                )));
+            }
         }
     }
     Ok(())

@@ -16,11 +16,8 @@ use thiserror::Error;
 
 /// The output of a subcommand, with its exit code.
 pub(crate) struct Done {
-    pub(crate) text: String,
-    /// The answer is no: exit code 1.
-    pub(crate) no: bool,
-    /// A part of the input was left out: exit code 3.
-    pub(crate) incomplete: bool,
+    text: String,
+    code: u8,
 }
 
 impl Done {
@@ -31,11 +28,14 @@ impl Done {
 
     /// Output with exit code 0 or 1.
     pub(crate) fn answer(text: String, yes: bool) -> Self {
-        Self {
-            text,
-            no: !yes,
-            incomplete: false,
-        }
+        let code = u8::from(!yes);
+        Self { text, code }
+    }
+
+    /// Output with exit code 3 where a part of the input was left out.
+    pub(crate) fn without(text: String, left_out: &[String]) -> Self {
+        let code = if left_out.is_empty() { 0 } else { 3 };
+        Self { text, code }
     }
 
     /// The text of a JSON document.
@@ -53,8 +53,7 @@ impl Done {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                 Err(Failure::Stdout(error))
             }
-            _ if self.incomplete => Ok(ExitCode::from(3)),
-            _ => Ok(ExitCode::from(u8::from(self.no))),
+            _ => Ok(ExitCode::from(self.code)),
         }
     }
 }
@@ -73,14 +72,9 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Bake(BakeError),
     #[error("attack {index}: {error}")]
-    Attack { index: usize, error: AttackError },
+    Attack { index: u64, error: AttackError },
     #[error("{path}: {source}")]
-    Open {
-        path: PathBuf,
-        source: std::io::Error,
-    },
-    #[error("{path}: {source}")]
-    Write {
+    File {
         path: PathBuf,
         source: std::io::Error,
     },
@@ -124,7 +118,29 @@ impl From<GraphError> for Failure {
     }
 }
 
+/// An error in what the user gave, by its words.
+pub(crate) fn usage(error: impl std::fmt::Display) -> Failure {
+    Failure::Usage(error.to_string())
+}
+
+/// Writes a file at once or not at all.
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let written = archive::write_atomically(path, |file| file.write_all(bytes));
+    written.map_err(Failure::file(path))
+}
+
 impl Failure {
+    /// Names the attack that is none.
+    pub(crate) fn attack(index: u64) -> impl FnOnce(AttackError) -> Self {
+        move |error| Self::Attack { index, error }
+    }
+
+    /// Names the file or folder that could not be read or written.
+    pub(crate) fn file(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        |source| Self::File { path, source }
+    }
+
     /// The error with the path of the file that caused it.
     pub(crate) fn within(self, place: &Path) -> Self {
         Self::Within {
@@ -193,7 +209,9 @@ pub(crate) fn check_can_be_written(option: &str, out: &Path) -> Result<(), Failu
 }
 
 /// Reads the name of a file to write, with a check of [`check_can_be_written`]'s kind and of the name's ending.
-fn file_to_write(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
+pub(crate) fn file_to_write(
+    endings: &'static [&'static str],
+) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| {
         let ending = path.extension().and_then(|ending| ending.to_str());
         let ending = ending.map(str::to_ascii_lowercase).unwrap_or_default();
@@ -202,21 +220,6 @@ fn file_to_write(endings: &'static [&'static str]) -> impl TypedValueParser<Valu
             false => Err(format!("its name must end in .{}", endings.join(" or ."))),
         }
     })
-}
-
-/// Reads the name of a PNG file to write.
-pub(crate) fn png_file() -> impl TypedValueParser<Value = PathBuf> {
-    file_to_write(&["png"])
-}
-
-/// Reads the name of a picture or a film to write.
-pub(crate) fn picture_file() -> impl TypedValueParser<Value = PathBuf> {
-    file_to_write(&["png", "gif", "apng"])
-}
-
-/// Reads the name of a GLB file to write.
-pub(crate) fn glb_file() -> impl TypedValueParser<Value = PathBuf> {
-    file_to_write(&["glb"])
 }
 
 /// Whether a file can be written: it is no folder, and lies in a folder that exists.
@@ -256,6 +259,23 @@ pub(crate) fn table(head: &[&str], left: usize) -> Table {
         } else {
             CellAlignment::Right
         });
+    }
+    table
+}
+
+/// A heading, and what stands below it.
+pub(crate) type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+
+/// A [`table`] with a row for each item.
+pub(crate) fn table_of<T>(
+    left: usize,
+    items: impl IntoIterator<Item = T>,
+    columns: &[Column<'_, T>],
+) -> Table {
+    let head: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
+    let mut table = table(&head, left);
+    for item in items {
+        table.add_row(columns.iter().map(|(_, cell)| cell(&item)));
     }
     table
 }

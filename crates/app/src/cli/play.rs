@@ -1,14 +1,13 @@
-//! `sabaki play`: a game without a window, measured.
+//! `sabaki play`: a game without a window, measured. `cargo bench --bench game` measures its times.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    CROWD, CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, PlayError,
-    Scenario, Scenarios, Sight, SteerReport, Surroundings, crowded, idle,
+    IdleReport, Outcome, PlayError, Scenario, Scenarios, Sight, SteerReport, Surroundings, idle,
 };
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::bake::GraphArgs;
 use super::numbers::whole;
@@ -24,7 +23,7 @@ pub(crate) struct Args {
     /// Seed of the attacks and of the changes of direction.
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
-    /// Number of threads; 0 for all of the machine. Only times depend on it.
+    /// Number of threads; 0 for all of the machine. The result does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
     /// Writes what characters play to a folder, as BVH at 60 Hz, a file a minute: steering, threats, idle. It then measures as usual.
@@ -62,28 +61,11 @@ const fn among(around: Surroundings) -> Scenario {
     }
 }
 
-/// Results of one kind of attack.
-#[derive(Clone, Copy, Debug, Default)]
-struct Row {
-    attacks: u32,
-    avoided: u32,
-    pops: u32,
-    largest_pop: f32,
-    takeovers: u32,
-    /// Number of attacks during which the body entered an obstacle.
-    entered: u32,
-    /// Deepest entry, in metres.
-    deepest: f32,
-    cornered: u32,
-    /// Number of attacks by number of changes of plan; the last entry counts all that have more.
-    changes: [u32; 8],
-}
-
 struct Report {
-    rows: Vec<Row>,
+    /// Outcomes of each kind of attack.
+    rows: Vec<Vec<Outcome>>,
     steer: SteerReport,
     idle: IdleReport,
-    times: CrowdedTimes,
 }
 
 fn refused(error: impl Into<PlayError>) -> Failure {
@@ -112,23 +94,14 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             bar.inc(1);
             outcome.map_err(refused)
         };
-        let mut row = Row::default();
-        for outcome in in_parallel(threads, args.threats as usize, of) {
-            row.add(&outcome?);
-        }
-        rows.push(row);
+        let outcomes = in_parallel(threads, args.threats as usize, of);
+        rows.push(outcomes.into_iter().collect::<Result<_, _>>()?);
     }
     let changers = (args.threats as usize).clamp(4, 100);
     let steer = scenarios.steer(changers, threads).map_err(refused)?;
     cancel::check()?;
     let idle = idle(&baked, threads).map_err(refused)?;
-    cancel::check()?;
-    let report = Report {
-        rows,
-        steer,
-        idle,
-        times: crowded(&baked, threads).map_err(refused)?,
-    };
+    let report = Report { rows, steer, idle };
     bar.finish_and_clear();
     Ok(Done::ok(match as_json {
         true => Done::json(&report.document()),
@@ -136,36 +109,19 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }))
 }
 
-impl Row {
-    fn add(&mut self, outcome: &Outcome) {
-        self.attacks += 1;
-        self.avoided += u32::from(outcome.avoided);
-        self.pops += outcome.pops;
-        self.takeovers += outcome.takeovers;
-        self.entered += u32::from(outcome.entered > 0.0);
-        self.deepest = self.deepest.max(outcome.entered);
-        self.cornered += u32::from(outcome.cornered > 0);
-        self.largest_pop = self.largest_pop.max(outcome.largest_pop);
-        if outcome.plans > 0 {
-            let most = self.changes.len() - 1;
-            self.changes[most.min(outcome.changes as usize)] += 1;
-        }
-    }
+/// Share of the attacks that were avoided.
+fn share(row: &[Outcome]) -> f64 {
+    let avoided = row.iter().filter(|outcome| outcome.avoided).count();
+    avoided as f64 / row.len().max(1) as f64
+}
 
-    fn share(&self) -> f64 {
-        f64::from(self.avoided) / f64::from(self.attacks.max(1))
-    }
-
-    /// Median number of changes of plan, of the attacks that were planned for.
-    fn changes_median(&self) -> usize {
-        let all: u32 = self.changes.iter().sum();
-        let mut sum = 0;
-        let reaches = |count: &u32| {
-            sum += count;
-            2 * sum >= all
-        };
-        self.changes.iter().position(reaches).unwrap_or(0)
-    }
+/// Median number of changes of plan, of the attacks that were planned for.
+fn changes_median(row: &[Outcome]) -> u32 {
+    let planned = row.iter().filter(|outcome| outcome.plans > 0);
+    let mut changes: Vec<u32> = planned.map(|outcome| outcome.changes).collect();
+    changes.sort_unstable();
+    let middle = changes.len().saturating_sub(1) / 2;
+    changes.get(middle).copied().unwrap_or(0)
 }
 
 fn round(value: f64) -> f64 {
@@ -173,60 +129,56 @@ fn round(value: f64) -> f64 {
 }
 
 impl Report {
-    fn row(&self, name: &str) -> Row {
+    fn row(&self, name: &str) -> &[Outcome] {
         let place = ROWS.iter().position(|(of, _)| *of == name);
-        place.map_or_else(Row::default, |place| self.rows[place])
+        place.map_or(&[], |place| &self.rows[place])
     }
 
     fn pops(&self) -> (u32, f32) {
-        self.rows.iter().fold((0, 0.0), |(pops, largest), row| {
-            (pops + row.pops, f32::max(largest, row.largest_pop))
+        let all = self.rows.iter().flatten();
+        all.fold((0, 0.0), |(pops, largest), one| {
+            (pops + one.pops, f32::max(largest, one.largest_pop))
         })
     }
 
     /// Number of attacks during which the body entered an obstacle, and the deepest entry, in metres.
-    fn entered(&self) -> (u32, f32) {
-        self.rows.iter().fold((0, 0.0), |(count, deepest), row| {
-            (count + row.entered, f32::max(deepest, row.deepest))
+    fn entered(&self) -> (usize, f32) {
+        let all = self.rows.iter().flatten();
+        let entered = all.filter(|one| one.entered > 0.0);
+        entered.fold((0, 0.0), |(count, deepest), one| {
+            (count + 1, f32::max(deepest, one.entered))
         })
     }
 
     fn feints_kept(&self) -> f64 {
-        self.row("feint").share() / self.row("feint_known").share().max(1e-9)
+        share(self.row("feint")) / share(self.row("feint_known")).max(1e-9)
     }
 
     fn document(&self) -> Value {
-        let share = |name: &str| round(self.row(name).share());
+        let avoided = ROWS.iter().zip(&self.rows);
+        let avoided =
+            avoided.map(|((name, _), row)| ((*name).to_owned(), json!(round(share(row)))));
         let (pops, largest) = self.pops();
-        let Self {
-            steer, idle, times, ..
-        } = self;
+        let Self { steer, idle, .. } = self;
         let number = |value: f32| round(f64::from(value));
-        let takeovers: u32 = self.rows.iter().map(|row| row.takeovers).sum();
+        let takeovers: u32 = self.rows.iter().flatten().map(|one| one.takeovers).sum();
+        let cornered = |name| {
+            let cornered = self.row(name).iter().filter(|one| one.cornered > 0);
+            cornered.count()
+        };
         json!({
-            "threats": self.row("one").attacks,
+            "threats": self.row("one").len(),
             "pops_over_5mm": pops,
             "largest_pop_mm": number(1e3 * largest),
             "takeovers": takeovers,
-            "avoided": {
-                "one": share("one"),
-                "two": share("two"),
-                "three": share("three"),
-                "flying": share("flying"),
-                "noise": share("noise"),
-                "feint": share("feint"),
-                "feint_known": share("feint_known"),
-                "delayed": share("delayed"),
-                "walls": share("walls"),
-                "opponents": share("opponents"),
-            },
+            "avoided": avoided.collect::<Map<_, _>>(),
             "entered_obstacles": self.entered().0,
             "deepest_entry_mm": number(1e3 * self.entered().1),
             "cornered": {
-                "walls": self.row("walls").cornered,
-                "opponents": self.row("opponents").cornered,
+                "walls": cornered("walls"),
+                "opponents": cornered("opponents"),
             },
-            "plan_changes_median": self.row("noise").changes_median(),
+            "plan_changes_median": changes_median(self.row("noise")),
             "feints_kept": round(self.feints_kept()),
             "steer": {
                 "speed_error": number(steer.speed_error),
@@ -242,35 +194,6 @@ impl Report {
             "idle_repeated": number(idle.repeated),
             "idle_drift_m": number(idle.drift),
             "idle_in_step": number(idle.in_step),
-            "batch_200_ms": number(times.batch_200_ms),
-            "batch_200_budget": {
-                "plans_per_step": PLANS_PER_STEP,
-                "worst_step_ms": number(times.budget_200_ms),
-                "steps": times.budget_steps,
-            },
-            "batch_200_timed": {
-                "budget_ms": PLAN_MILLISECONDS,
-                "worst_step_ms": number(times.timed_200_ms),
-                "steps": times.timed_steps,
-            },
-            "plan_ms": {
-                "median": number(times.plan[0].all[0]),
-                "p99": number(times.plan[0].all[1]),
-                "median_needed": number(times.plan[0].needed[0]),
-                "p99_needed": number(times.plan[0].needed[1]),
-                "median_100_obstacles": number(times.plan[1].all[0]),
-                "p99_100_obstacles": number(times.plan[1].all[1]),
-                "median_needed_100_obstacles": number(times.plan[1].needed[0]),
-                "p99_needed_100_obstacles": number(times.plan[1].needed[1]),
-            },
-            "us_per_character": number(times.us_per_character),
-            "crowd": {
-                "characters": CROWD,
-                "us_step": number(times.crowd.step),
-                "us_pose_one_by_one": number(times.crowd.one_by_one),
-                "us_pose_all": number(times.crowd.all_at_once),
-                "posed_by_crowd": number(times.crowd.by_crowd),
-            },
         })
     }
 
@@ -279,15 +202,13 @@ impl Report {
         for ((name, _), row) in ROWS.iter().zip(&self.rows) {
             table.add_row([
                 (*name).replace('_', " "),
-                row.attacks.to_string(),
-                format!("{:.1}%", 100.0 * row.share()),
-                row.changes_median().to_string(),
+                row.len().to_string(),
+                format!("{:.1}%", 100.0 * share(row)),
+                changes_median(row).to_string(),
             ]);
         }
         let ((pops, largest), (entered, deepest)) = (self.pops(), self.entered());
-        let Self {
-            steer, idle, times, ..
-        } = self;
+        let Self { steer, idle, .. } = self;
         format!(
             "{table}\n\
              pops over 5 mm: {pops}; the largest step of a joint within 20 microseconds is {:.2} mm\n\
@@ -295,9 +216,7 @@ impl Report {
              steering: speed off by {:.1}%; within 10 degrees of the direction after {:.2} s (median), {:.2} s (95%)\n\
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
              idle: {:.0} events an hour; {:.1}% repeats what was played within 10 s; {:.2} m from the start at most\n\
-             walls and opponents: the body entered one in {entered} attacks, by {:.1} mm at most\n\
-             200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most\n\
-             {CROWD} characters, microseconds each: {:.1} to step, {:.2} to pose, {:.2} to pose one by one\n",
+             walls and opponents: the body entered one in {entered} attacks, by {:.1} mm at most\n",
             1e3 * largest,
             100.0 * self.feints_kept(),
             100.0 * steer.speed_error,
@@ -309,11 +228,6 @@ impl Report {
             100.0 * idle.repeated,
             idle.drift,
             1e3 * deepest,
-            times.batch_200_ms,
-            times.budget_200_ms,
-            times.crowd.step,
-            times.crowd.all_at_once,
-            times.crowd.one_by_one,
         )
     }
 }

@@ -1,7 +1,7 @@
 //! Pictures: pixels in memory on which plotters draws, line charts, and PNG files.
 
 use std::error::Error;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::sync::Once;
 
@@ -9,10 +9,10 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
-use sabaki::archive;
 use sabaki_app::film::png;
 
 use super::Failure;
+use super::output::write_file;
 
 /// The colour of text and axes.
 pub(crate) const INK: RGBColor = RGBColor(38, 44, 56);
@@ -107,9 +107,9 @@ impl Picture {
     }
 
     /// Writes the picture as a PNG file.
-    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
-        let bytes = png(self.size, &self.pixels).map_err(io::Error::other)?;
-        archive::write_atomically(path, |file| file.write_all(&bytes))
+    pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
+        let bytes = png(self.size, &self.pixels).map_err(io::Error::other);
+        write_file(path, &bytes.map_err(Failure::file(path))?)
     }
 }
 
@@ -121,12 +121,8 @@ pub(crate) fn write_figure(
 ) -> Result<(), Failure> {
     let mut picture = Picture::new(size);
     let drawn = draw(&picture.area()).map_err(io::Error::other);
-    drawn
-        .and_then(|()| picture.write(path))
-        .map_err(|source| Failure::Write {
-            path: path.to_owned(),
-            source,
-        })
+    drawn.map_err(Failure::file(path))?;
+    picture.write(path)
 }
 
 /// Colours of the lines of a chart, in order; they differ for colour-blind readers, too (Okabe & Ito).

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{BakedGraph, PathId};
 use sabaki::math::{Rigid2, in_parallel, thread_count};
@@ -15,6 +15,7 @@ use sabaki::query::{
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::culling::{Culling, path_parser};
@@ -29,14 +30,15 @@ pub(crate) struct MethodArgs {
     cull: Vec<CullPath>,
     /// Source of the candidates. on: the node's grid, and the whole graph where the grid has none.
     /// off: always the whole graph.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "on")]
-    grid: Vec<GridArg>,
+    #[arg(long, value_delimiter = ',', default_value = "on", value_parser = grid_parser())]
+    grid: Vec<Enumerate>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum GridArg {
-    On,
-    Off,
+fn grid_parser() -> impl TypedValueParser<Value = Enumerate> {
+    PossibleValuesParser::new(["on", "off"]).map(|grid| match grid.as_str() {
+        "on" => Enumerate::default(),
+        _ => Enumerate::Whole,
+    })
 }
 
 /// A culling path, the candidates that are tested, and their source.
@@ -50,14 +52,9 @@ pub(crate) struct Method {
 impl MethodArgs {
     /// Each culling path with each kind of grid.
     pub(crate) fn methods(&self) -> Vec<Method> {
-        let grids = self.grid.iter().map(|grid| match grid {
-            GridArg::On => Enumerate::default(),
-            GridArg::Off => Enumerate::Whole,
-        });
         let with = |cull: CullPath| {
-            grids
-                .clone()
-                .map(move |enumerate| Method::new(cull, cull.evaluation(), enumerate))
+            let grids = self.grid.iter();
+            grids.map(move |&enumerate| Method::new(cull, cull.evaluation(), enumerate))
         };
         self.cull.iter().copied().flat_map(with).collect()
     }
@@ -104,10 +101,8 @@ pub(crate) fn random_throws(
 ) -> Result<Vec<Throw>, Failure> {
     let random = |index| {
         cancel::check()?;
-        throw(baked, &ThrowSettings::default(), seed, index).map_err(|error| Failure::Attack {
-            index: index as usize,
-            error,
-        })
+        let thrown = throw(baked, &ThrowSettings::default(), seed, index);
+        thrown.map_err(Failure::attack(index))
     };
     indices.map(random).collect()
 }
@@ -116,9 +111,9 @@ pub(crate) fn random_throws(
 pub(crate) fn file_throws(baked: &BakedGraph, path: &Path) -> Result<Vec<Throw>, Failure> {
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let attacks = sabaki_import::AttackFile::read(path)?.attacks;
-    let throws = attacks.into_iter().enumerate().map(|(index, entry)| {
+    let throws = (0..).zip(attacks).map(|(index, entry)| {
         let attack = Attack::new(entry.spheres);
-        let attack = attack.map_err(|error| Failure::Attack { index, error }.within(path))?;
+        let attack = attack.map_err(|error| Failure::attack(index)(error).within(path))?;
         Ok(Throw { playhead, attack })
     });
     throws.collect()
@@ -369,7 +364,7 @@ impl Pass {
 }
 
 /// Median and 99th percentile, in milliseconds.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Times {
     pub(crate) median: f64,
     pub(crate) p99: f64,
@@ -382,10 +377,6 @@ impl Times {
             median: percentile(all.clone(), 0.5),
             p99: percentile(all, 0.99),
         }
-    }
-
-    pub(crate) fn to_json(self) -> Value {
-        json!({ "median": self.median, "p99": self.p99 })
     }
 
     /// Text with this number of decimals.

@@ -15,6 +15,7 @@ use super::bake::GraphArgs;
 use super::culling::{DeviceArgs, path_parser};
 use super::mesh::{BoundOutfit, MeshArgs};
 use super::numbers::{number, whole};
+use super::output::usage;
 use super::render::{CrowdArgs, size};
 use super::{Done, Failure, cancel, output};
 
@@ -95,7 +96,7 @@ struct WindowArgs {
     #[arg(long, value_name = "SECONDS", value_parser = number(0.0..=60.0))]
     step: Option<f32>,
     /// Writes the last picture to this file (.png).
-    #[arg(long, value_name = "FILE", requires = "frames", value_parser = output::png_file())]
+    #[arg(long, value_name = "FILE", requires = "frames", value_parser = output::file_to_write(&["png"]))]
     screenshot: Option<PathBuf>,
     #[command(flatten)]
     mesh: MeshArgs,
@@ -130,14 +131,10 @@ fn click(text: &str) -> Result<Click, String> {
 impl From<WindowError> for Failure {
     fn from(error: WindowError) -> Self {
         match error {
-            WindowError::Write { path, source } => Self::Write { path, source },
+            WindowError::Write { path, source } => Self::File { path, source },
             other => Self::Device(other.to_string()),
         }
     }
-}
-
-fn usage(error: impl std::fmt::Display) -> Failure {
-    Failure::Usage(error.to_string())
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {

@@ -26,13 +26,11 @@ impl AvoidedCount {
     }
 
     /// Share of the attacks that were avoided; 0 if there are none.
-    #[must_use]
     pub fn value(self) -> f64 {
         f64::from(self.avoided) / f64::from(self.attacks.max(1))
     }
 
     /// 95% confidence interval of the share.
-    #[must_use]
     pub fn interval(self) -> [f64; 2] {
         wilson(self.avoided, self.attacks)
     }
@@ -52,8 +50,10 @@ pub struct TimeRow {
     /// Balls that come while the character walks; only those count as avoided that it avoids by a layered evasion, so that
     /// it walks on.
     pub walking_on: AvoidedCount,
-    /// Why the others hit.
-    pub causes: Causes,
+    /// Number of hits by each cause, in the order of [`Cause::ALL`].
+    pub causes: [u32; 4],
+    /// Sum of the depths of the hits by [`Cause::Leg`] and [`Cause::Short`], metres.
+    pub depth: f64,
 }
 
 impl TimeRow {
@@ -62,7 +62,10 @@ impl TimeRow {
         let avoided = answer.avoided;
         if !avoided {
             let cause = Cause::of(baked, &throw.throw, answer);
-            self.causes.add(cause, answer);
+            self.causes[cause as usize] += 1;
+            if matches!(cause, Cause::Leg | Cause::Short) {
+                self.depth -= f64::from(answer.clearance().metres);
+            }
         }
         self.all.add(avoided);
         self.parts[throw.part as usize].add(avoided);
@@ -71,6 +74,12 @@ impl TimeRow {
             let is_layered = answer.chosen().layer.is_some();
             self.walking_on.add(avoided && is_layered);
         }
+    }
+
+    /// Mean length by which the displacement falls short, over the hits by a leg or by too short a displacement, in metres.
+    pub fn short_by(&self) -> Option<f64> {
+        let count = self.causes[Cause::Leg as usize] + self.causes[Cause::Short as usize];
+        (count > 0).then(|| self.depth / f64::from(count))
     }
 }
 
@@ -86,7 +95,10 @@ impl std::ops::AddAssign for TimeRow {
         self.all += other.all;
         self.walking += other.walking;
         self.walking_on += other.walking_on;
-        self.causes += other.causes;
+        self.depth += other.depth;
+        for (mine, theirs) in self.causes.iter_mut().zip(other.causes) {
+            *mine += theirs;
+        }
         for (mine, theirs) in self.parts.iter_mut().zip(other.parts) {
             *mine += theirs;
         }
@@ -111,7 +123,6 @@ impl Cause {
     pub const ALL: [Self; 4] = [Self::NoEntry, Self::NoTime, Self::Leg, Self::Short];
 
     /// Name of the cause: a few words.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::NoEntry => "no plausible entry",
@@ -122,7 +133,6 @@ impl Cause {
     }
 
     /// The cause of an answer that is a hit.
-    #[must_use]
     pub fn of(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Self {
         if answer.counts.with_evasion == 0 {
             return match baked.has_entries_at(throw.playhead) {
@@ -135,40 +145,5 @@ impl Cause {
             true => Self::Leg,
             false => Self::Short,
         }
-    }
-}
-
-/// The causes of many hits.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Causes {
-    /// Number of hits by each cause, in the order of [`Cause::ALL`].
-    pub counts: [u32; 4],
-    /// Sum of the depths of the hits by [`Cause::Leg`] and [`Cause::Short`], metres.
-    depth: f64,
-}
-
-impl Causes {
-    /// Adds the hit of an answer.
-    pub fn add(&mut self, cause: Cause, answer: &Answer) {
-        self.counts[cause as usize] += 1;
-        if matches!(cause, Cause::Leg | Cause::Short) {
-            self.depth -= f64::from(answer.clearance().metres);
-        }
-    }
-
-    /// Mean length by which the displacement falls short, over the hits by a leg or by too short a displacement, in metres.
-    #[must_use]
-    pub fn short_by(&self) -> Option<f64> {
-        let count = self.counts[Cause::Leg as usize] + self.counts[Cause::Short as usize];
-        (count > 0).then(|| self.depth / f64::from(count))
-    }
-}
-
-impl std::ops::AddAssign for Causes {
-    fn add_assign(&mut self, other: Self) {
-        for (mine, theirs) in self.counts.iter_mut().zip(other.counts) {
-            *mine += theirs;
-        }
-        self.depth += other.depth;
     }
 }

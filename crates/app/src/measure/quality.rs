@@ -78,7 +78,6 @@ struct Sample {
 
 impl<'a> QualityMeter<'a> {
     /// Finds feet and limbs.
-    #[must_use]
     pub fn new(baked: &'a BakedGraph) -> Self {
         let graph = baked.graph();
         let legs = graph.limbs()[..LEGS].iter().flatten();
@@ -103,7 +102,6 @@ impl<'a> QualityMeter<'a> {
     }
 
     /// All clips of the graph.
-    #[must_use]
     pub fn clips(&self) -> Quality {
         let clips = self.baked.graph().clips();
         Quality::of_all(in_parallel(0, clips.len(), |index| {
@@ -134,7 +132,6 @@ impl<'a> QualityMeter<'a> {
     }
 
     /// Measures the composed motions in the answers to `attacks` random throws, with the default settings.
-    #[must_use]
     pub fn answers(&self, attacks: u64, seed: u64) -> Quality {
         let settings = QuerySettings::default();
         let query = Query::new(self.baked, &settings);

@@ -7,18 +7,17 @@ use std::sync::Arc;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sabaki::anim::Pose;
-use sabaki::archive::write_atomically;
 use sabaki::character::{
     CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, StrikeAt,
     StrikeKind, ThreatId,
 };
+use sabaki::graph::EdgeId;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki_draw::scene::{Exchange, Played};
 use sabaki_fixtures::throw::generator;
-use sabaki_import::bvh;
 
-use super::recording::{METRES_PER_UNIT, clip_of_poses};
+use super::recording::write_played;
 use super::{FRAME, PlayError};
 
 /// Initial distance of the fighters, in metres.
@@ -56,6 +55,13 @@ pub fn score(exchanges: &[Exchange]) -> [[u32; 2]; 2] {
         }
     }
     [hits, dodges]
+}
+
+/// The clip that an edge starts in.
+#[must_use]
+pub fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
+    let graph = baked.graph();
+    graph.clip(graph.node(graph.edge(edge).from).clip).name()
 }
 
 fn strike(whom: CharacterId) -> Goal {
@@ -237,13 +243,10 @@ impl Fight {
     /// Those of the file system.
     pub fn export(&self, folder: &Path) -> Result<(), PlayError> {
         std::fs::create_dir_all(folder)?;
-        let skeleton = self.game.baked().graph().skeleton();
+        let graph = self.game.baked().graph();
         for (fighter, name) in ["white", "blue"].into_iter().enumerate() {
             let poses = self.played.frames.iter().map(|both| &both[fighter]);
-            let clip = clip_of_poses(self.game.baked().graph(), poses)?;
-            write_atomically(&folder.join(format!("{name}.bvh")), |out| {
-                bvh::write(out, skeleton, &clip, METRES_PER_UNIT)
-            })?;
+            write_played(&folder.join(format!("{name}.bvh")), graph, poses)?;
         }
         Ok(())
     }

@@ -39,9 +39,6 @@ const KINDS: [(Kind, &str, usize); 3] = [
 /// Time between two goals and between two balls, in seconds.
 const HELD: f32 = 3.0;
 
-/// Unit of the written positions: centimetres.
-pub(super) const METRES_PER_UNIT: f64 = 0.01;
-
 impl Scenarios {
     /// Writes ten minutes of steering, ten under threats and four of standing, a file a minute, to `steering`, `threats` and `idle` below a folder,
     /// and the goals and balls to `goals.json` beside them.
@@ -53,12 +50,9 @@ impl Scenarios {
             let folder = folder.join(name);
             std::fs::create_dir_all(&folder)?;
             let goals = in_parallel(threads, count, |index| {
-                let (clip, goals) = self.recorded(kind, index as u64)?;
-                let skeleton = self.baked.graph().skeleton();
+                let (poses, goals) = self.recorded(kind, index as u64)?;
                 let file = format!("{name}_{index:02}.bvh");
-                write_atomically(&folder.join(&file), |out| {
-                    bvh::write(out, skeleton, &clip, METRES_PER_UNIT)
-                })?;
+                write_played(&folder.join(&file), self.baked.graph(), &poses)?;
                 Ok(json!({ "file": file, "goals": goals }))
             });
             let goals: Result<Vec<Value>, PlayError> = goals.into_iter().collect();
@@ -71,7 +65,7 @@ impl Scenarios {
     }
 
     /// A minute of one character, and its goals and balls.
-    fn recorded(&self, kind: Kind, index: u64) -> Result<(Clip, Vec<Value>), PlayError> {
+    fn recorded(&self, kind: Kind, index: u64) -> Result<(Vec<Pose>, Vec<Value>), PlayError> {
         const FRAMES: usize = 3600;
         let mut random = generator(self.seed ^ 0x5ec0, index);
         let speeds = speeds(&self.baked);
@@ -98,15 +92,16 @@ impl Scenarios {
             poses.push(pose);
             characters.step(FRAME, &[], &mut Vec::new());
         }
-        Ok((clip_of_poses(self.baked.graph(), &poses)?, goals))
+        Ok((poses, goals))
     }
 }
 
-/// A clip of poses that were played, one a frame.
-pub(super) fn clip_of_poses<'a>(
+/// Writes poses that were played, one a frame, as BVH in centimetres.
+pub(super) fn write_played<'a>(
+    path: &Path,
     graph: &MotionGraph,
     poses: impl IntoIterator<Item = &'a Pose>,
-) -> Result<Clip, PlayError> {
+) -> std::io::Result<()> {
     let mut desc = ClipDesc {
         name: "played".to_owned(),
         frame_rate: f64::from(1.0 / FRAME),
@@ -124,7 +119,8 @@ pub(super) fn clip_of_poses<'a>(
             desc.translations.extend_from_slice(&pose.translations);
         }
     }
-    Ok(Clip::new(graph.skeleton(), desc).map_err(std::io::Error::other)?)
+    let clip = Clip::new(graph.skeleton(), desc).map_err(std::io::Error::other)?;
+    write_atomically(path, |out| bvh::write(out, graph.skeleton(), &clip, 0.01))
 }
 
 /// A stop, one time in five, else a speed of the clips in a random direction.

@@ -13,10 +13,9 @@ use sabaki::character::{
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
-use sabaki::query::clearance::closest;
 
 use super::obstacles::{ScenarioObstacles, Surroundings};
-use super::{FRAME, PlayError, joints_of};
+use super::{FRAME, PlayError, WatchedBody, joints_of};
 use sabaki_fixtures::throw::{ThrowSettings, generator};
 
 /// The part of the balls' flight that the character knows.
@@ -78,7 +77,6 @@ pub struct Scenarios {
     /// Characters that no thread uses: those of the game, and those that look ahead.
     idle: Mutex<Vec<[Characters; 2]>>,
     blank: CharactersState,
-    throws: ThrowSettings,
 }
 
 /// A ball as it flies, and the threat that the characters know.
@@ -97,9 +95,8 @@ struct Run<'a> {
     scenario: Scenario,
     balls: Vec<Ball>,
     outcome: Outcome,
-    joints: Vec<JointTransform>,
+    body: WatchedBody,
     later: Vec<JointTransform>,
-    centres: [Vec<Vec3>; 2],
     around: ScenarioObstacles,
     obstacles: Vec<Obstacle>,
 }
@@ -114,7 +111,6 @@ impl Scenarios {
             seed,
             idle: Mutex::default(),
             blank,
-            throws: ThrowSettings::default(),
         })
     }
 
@@ -124,20 +120,14 @@ impl Scenarios {
     /// Those of the characters.
     pub fn run(&self, scenario: Scenario, index: u64) -> Result<Outcome, PlayError> {
         let new = || Characters::new(Arc::clone(&self.baked), CharacterSettings::default());
-        let kept = self
-            .idle
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop();
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = idle().pop();
         let mut pair = match kept {
             Some(pair) => pair,
             None => [new()?, new()?],
         };
         let outcome = self.run_with(&mut pair, scenario, index);
-        self.idle
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(pair);
+        idle().push(pair);
         outcome
     }
 
@@ -168,9 +158,8 @@ impl Scenarios {
             scenario,
             balls: Vec::new(),
             outcome: Outcome::default(),
-            joints: Vec::new(),
+            body: WatchedBody::default(),
             later: Vec::new(),
-            centres: [Vec::new(), Vec::new()],
             around,
             obstacles: Vec::new(),
         };
@@ -178,7 +167,7 @@ impl Scenarios {
         let mut known = Vec::new();
         for _ in 0..scenario.balls {
             let first = known.first().map(|(_, contact)| *contact);
-            known.push(run.aim(first, &self.throws, &mut random)?);
+            known.push(run.aim(first, &mut random)?);
         }
         if scenario.sight == Sight::FeintKnown {
             let start = run.game.state();
@@ -209,9 +198,9 @@ impl Run<'_> {
     fn aim(
         &mut self,
         first: Option<f64>,
-        throws: &ThrowSettings,
         random: &mut impl Rng,
     ) -> Result<(Threat, f64), CharacterError> {
+        let throws = ThrowSettings::default();
         let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
         let (lead, speed) = (between(throws.lead), between(throws.speed));
         let (radius, distance) = (between(throws.radius), between(throws.distance));
@@ -288,7 +277,7 @@ impl Run<'_> {
 
     fn pass(&mut self, frames: usize, random: &mut impl Rng) -> Result<(), CharacterError> {
         let mut events = Vec::new();
-        joints_of(self.game, self.id, &mut self.joints)?;
+        self.body.look(self.game, self.id)?;
         for _ in 0..frames {
             self.see(random)?;
             let before = self.game.state();
@@ -298,13 +287,11 @@ impl Run<'_> {
             self.game.step(FRAME, &self.obstacles, &mut events);
             self.count(&events);
             self.look_for_pops(before, from)?;
-            let body = self.game.baked().body();
-            body.centres(&self.joints, &mut self.centres[0]);
-            joints_of(self.game, self.id, &mut self.joints)?;
-            let body = self.game.baked().body();
-            body.centres(&self.joints, &mut self.centres[1]);
+            self.body.look(self.game, self.id)?;
             self.touch(from);
-            self.enter();
+            self.around.at(self.game.now(), &mut self.obstacles);
+            let depth = self.body.depth(self.game, &self.obstacles);
+            self.outcome.entered = self.outcome.entered.max(depth);
         }
         Ok(())
     }
@@ -390,7 +377,7 @@ impl Run<'_> {
         self.around.at(from, &mut self.obstacles);
         self.ahead.step(MOMENT, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
-        let both = self.joints.iter().zip(&self.later);
+        let both = self.body.joints.iter().zip(&self.later);
         let apart = both.map(|(a, b)| a.translation.distance(b.translation));
         let largest = apart.fold(0.0, f32::max);
         self.outcome.largest_pop = self.outcome.largest_pop.max(largest);
@@ -398,35 +385,14 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Measures the depth of the body in obstacles at the end of the frame.
-    fn enter(&mut self) {
-        self.around.at(self.game.now(), &mut self.obstacles);
-        let spheres = &self.game.baked().body().spheres;
-        for obstacle in &self.obstacles {
-            for (centre, sphere) in self.centres[1].iter().zip(spheres) {
-                let depth = sphere.radius - obstacle.distance(*centre, 0.0);
-                self.outcome.entered = self.outcome.entered.max(depth);
-            }
-        }
-    }
-
     /// Whether a ball touches the body in the frame that began at `from`.
     fn touch(&mut self, from: f64) {
         let now = self.game.now();
-        let spheres = &self.game.baked().body().spheres;
-        for ball in &self.balls {
+        let flies = |ball: &&Ball| {
             let truth = &ball.truth;
-            if truth.time > from || truth.time + f64::from(truth.seconds) < now {
-                continue;
-            }
-            let [before, after] = &self.centres;
-            let ends = [truth.at(from), truth.at(now)];
-            for ((a, b), sphere) in before.iter().zip(after).zip(spheres) {
-                let radii = [truth.spheres[0].radius + sphere.radius; 2];
-                if closest([ends[0] - *a, ends[1] - *b], radii).1 < 0.0 {
-                    self.outcome.avoided = false;
-                }
-            }
-        }
+            truth.time <= from && truth.time + f64::from(truth.seconds) >= now
+        };
+        let touches = |ball: &Ball| self.body.nearest(self.game, &ball.truth, from) < 0.0;
+        self.outcome.avoided &= !self.balls.iter().filter(flies).any(touches);
     }
 }

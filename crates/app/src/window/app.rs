@@ -118,17 +118,11 @@ impl<'a> App<'a> {
         let context = softbuffer::Context::new(window.clone())?;
         let surface = Surface::new(&context, window.clone())?;
         let player = Player::open(scene, self.desc, window.inner_size().into())?;
-        let gui = match Gui::new(&window, player.device()) {
-            Ok(gui) => gui,
-            Err(error) => {
-                player.close();
-                return Err(error.into());
-            }
-        };
-        let device = player.device().device_name().to_owned();
+        let gui = Gui::new(&window, &player.painter.device)?;
+        let device = player.painter.device.device_name().to_owned();
         (self.hear)(&Event::Opened {
             device: device.clone(),
-            size: player.size(),
+            size: player.painter.size(),
         });
         self.open = Some(OpenWindow {
             window,
@@ -173,8 +167,8 @@ impl<'a> App<'a> {
             self.last = None;
             return Ok(false);
         }
-        if size != open.player.size() {
-            open.player.resize(size)?;
+        if size != open.player.painter.size() {
+            open.player.painter.resize(size)?;
             (self.hear)(&Event::Resized { size });
         }
         let picture = beside_panel(size, self.panels, open.gui.scale());
@@ -205,7 +199,8 @@ impl<'a> App<'a> {
         let gui = &mut open.gui;
         let pixels =
             open.player
-                .paint(picture, &shot, crowd.as_ref(), |cmd, target| match panels {
+                .painter
+                .paint_over(picture, &shot, crowd.as_ref(), |cmd, target| match panels {
                     // SAFETY: the painter gives a buffer that is being recorded, and its target.
                     Some(panels) => unsafe { gui.draw(cmd, &target, panels) },
                     None => Ok(()),
@@ -313,7 +308,7 @@ impl ApplicationHandler for App<'_> {
             }
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = state == ElementState::Pressed;
-                let size = open.player.size();
+                let size = open.player.painter.size();
                 match button {
                     MouseButton::Right => self.turns = pressed,
                     MouseButton::Left if pressed && !size.contains(&0) => {

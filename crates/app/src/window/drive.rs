@@ -6,20 +6,18 @@ use egui::{Color32, RichText};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
-use sabaki::anim::JointTransform;
 use sabaki::character::{
     CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
     Goal, Threat, ThreatId,
 };
 use sabaki::maps::BakedGraph;
 use sabaki::math::{F32x16, Rigid2, Sphere};
-use sabaki::query::clearance::closest;
 use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_draw::scene::{Actor, Camera, Capsule, CrowdShot, Light, Look, Mesh, Outfit, Shot};
 
 use super::gui::write_in_corner;
 use super::{Event, Scene, Seen, WindowError};
-use crate::play::{PlayError, joints_of};
+use crate::play::{PlayError, WatchedBody, joints_of};
 use sabaki_fixtures::throw::generator;
 
 const OPPONENTS: usize = 3;
@@ -103,9 +101,7 @@ pub struct DriveScene {
     thrown: u32,
     next_throw: f64,
     score: DriveScore,
-    /// The body's spheres at the end of the last step.
-    centres: [Vec<Vec3>; 2],
-    joints: Vec<JointTransform>,
+    body: WatchedBody,
     happened: Vec<CharacterEvent>,
     events: Vec<Event>,
     is_cornered: bool,
@@ -163,8 +159,7 @@ impl DriveScene {
             thrown: 0,
             next_throw: 2.0,
             score: DriveScore::default(),
-            centres: [Vec::new(), Vec::new()],
-            joints: Vec::new(),
+            body: WatchedBody::default(),
             happened: Vec::new(),
             events: Vec::new(),
             is_cornered: false,
@@ -283,26 +278,16 @@ impl DriveScene {
 
     /// Measures how near the balls came in a step, and counts those that have passed.
     fn measure(&mut self, from: f64) -> Result<(), CharacterError> {
-        joints_of(&mut self.characters, self.me, &mut self.joints)?;
-        let body = self.characters.baked().body();
-        self.centres.swap(0, 1);
-        body.centres(&self.joints, &mut self.centres[1]);
-        if self.centres[0].len() != self.centres[1].len() {
-            self.centres[0] = self.centres[1].clone();
-        }
+        self.body.look(&mut self.characters, self.me)?;
         let now = self.characters.now();
-        let [before, after] = &self.centres;
-        for ball in &mut self.balls {
-            if ball.threat.time > from {
-                continue;
-            }
+        for ball in self
+            .balls
+            .iter_mut()
+            .filter(|ball| ball.threat.time <= from)
+        {
             ball.pictures += 1;
-            let ends = [ball.threat.at(from), ball.threat.at(now)];
-            for ((a, b), sphere) in before.iter().zip(after).zip(&body.spheres) {
-                let radii = [BALL + sphere.radius; 2];
-                let apart = closest([ends[0] - *a, ends[1] - *b], radii).1;
-                ball.nearest = ball.nearest.min(apart);
-            }
+            let apart = self.body.nearest(&self.characters, &ball.threat, from);
+            ball.nearest = ball.nearest.min(apart);
         }
         let over = |ball: &Ball| {
             ball.threat.time + f64::from(ball.threat.seconds) < now || {
@@ -353,13 +338,7 @@ impl DriveScene {
     /// Largest depth of the driven body in a wall or pillar, in metres.
     #[must_use]
     pub fn depth(&self) -> f32 {
-        let spheres = &self.characters.baked().body().spheres;
-        let each = self.centres[1].iter().zip(spheres);
-        each.flat_map(|(centre, sphere)| {
-            let depth = |obstacle: &Obstacle| sphere.radius - obstacle.distance(*centre, 0.0);
-            self.obstacles.iter().map(depth)
-        })
-        .fold(f32::NEG_INFINITY, f32::max)
+        self.body.depth(&self.characters, &self.obstacles)
     }
 
     /// The score, and the distance of the last ball, with its colour.
@@ -429,11 +408,9 @@ impl Scene for DriveScene {
     }
 
     fn focus(&self) -> Vec3 {
-        let root = self
-            .joints
-            .first()
-            .map_or(Vec3::ZERO, |joint| joint.translation);
-        root.with_y(0.92)
+        let root = self.body.joints.first();
+        root.map_or(Vec3::ZERO, |joint| joint.translation)
+            .with_y(0.92)
     }
 
     fn distance(&self) -> f32 {

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::gui::write_in_corner;
 use super::{Event, Scene, Seen, WindowError};
-use crate::play::{APART, Fight, PlayError, score};
+use crate::play::{APART, Fight, PlayError, clip_of, score};
 use sabaki::anim::Clip;
 use sabaki::maps::BakedGraph;
 use sabaki::math::F32x16;
@@ -124,10 +124,7 @@ impl DuelScene {
 
     /// Name of an exchange's attack.
     fn attack(&self, exchange: &Exchange) -> &str {
-        let graph = self.baked.graph();
-        graph
-            .clip(graph.node(graph.edge(exchange.attack).from).clip)
-            .name()
+        clip_of(&self.baked, exchange.attack)
     }
 }
 

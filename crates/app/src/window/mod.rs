@@ -45,7 +45,7 @@ pub use crowd::{CameraPath, CrowdScene};
 pub use drive::{DriveScene, DriveScore};
 pub use duel::DuelScene;
 pub use player::{MouseCamera, picture};
-pub use throw::{BallSettings, ThrowScene, ThrowSettings, Thrown};
+pub use throw::{ThrowScene, ThrowSettings, Thrown};
 
 /// The version of egui that [`Scene`] uses.
 pub use egui;

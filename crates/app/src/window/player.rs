@@ -8,9 +8,8 @@ use glam::{Vec2, Vec3};
 use super::{Scene, WindowDesc, WindowError};
 use crate::Painter;
 use sabaki::gpu::GpuError;
-use sabaki::gpu::ash::vk;
+use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Orbit, Shot};
-use sabaki_draw::{StageDesc, Target};
 use sabaki_fixtures::headless::{Headless, HeadlessDesc, Message};
 
 /// A scene with the device that draws it.
@@ -19,8 +18,7 @@ pub(super) struct Player<'a> {
     pub(super) clock: Clock,
     pub(super) camera: MouseCamera,
     desc: &'a WindowDesc,
-    device: Headless,
-    painter: Painter,
+    pub(super) painter: Painter,
     /// Simulated time, in seconds.
     seconds: f64,
     /// Number of simulated clicks that are done.
@@ -44,7 +42,7 @@ pub fn picture(
         }
         player.advance(0.0, desc.size, desc.size)?;
         let (_, shot, crowd) = player.shot(desc.size)?;
-        Ok(player.paint(desc.size, &shot, crowd.as_ref(), |_, _| Ok(()))?)
+        Ok(player.painter.paint(&shot, crowd.as_ref())?)
     };
     let drawn = last();
     let heard = player.close();
@@ -58,7 +56,7 @@ impl<'a> Player<'a> {
         desc: &'a WindowDesc,
         size: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let mut device = Headless::new(&HeadlessDesc {
+        let device = Headless::new(&HeadlessDesc {
             device: desc.device.clone(),
             validation: desc.validation,
             ..HeadlessDesc::default()
@@ -67,38 +65,16 @@ impl<'a> Player<'a> {
             samples: desc.samples,
             ..scene.stage()
         };
-        let painter = match Painter::new(&mut device, size, &stage) {
-            Ok(painter) => painter,
-            Err(error) => {
-                for message in device.destroy() {
-                    tracing::warn!("{message:?}");
-                }
-                return Err(error);
-            }
-        };
+        let painter = Painter::new(device, size, &stage)?;
         Ok(Self {
             camera: MouseCamera::new(scene.focus(), scene.distance()),
             scene,
             clock: Clock::default(),
             desc,
-            device,
             painter,
             seconds: 0.0,
             clicked: 0,
         })
-    }
-
-    pub(super) fn device(&self) -> &Headless {
-        &self.device
-    }
-
-    /// Size of a picture with its panels, in pixels.
-    pub(super) fn size(&self) -> [u32; 2] {
-        self.painter.size()
-    }
-
-    pub(super) fn resize(&mut self, size: [u32; 2]) -> Result<(), GpuError> {
-        self.painter.resize(&mut self.device, size)
     }
 
     /// Advances the simulation, `since` seconds after the last picture, and does the clicks that are due. `side` is the size of the
@@ -128,7 +104,7 @@ impl<'a> Player<'a> {
     pub(super) fn click(&mut self, at: Vec2, picture: [u32; 2]) -> Result<(), WindowError> {
         let camera = self.eye();
         let ray = camera.ray(at, picture);
-        self.scene.click(&camera, ray, &mut self.device)
+        self.scene.click(&camera, ray, &mut self.painter.device)
     }
 
     /// The camera of the next picture.
@@ -147,25 +123,10 @@ impl<'a> Player<'a> {
         Ok((camera, shot, crowd))
     }
 
-    /// Draws a picture and returns its pixels: see [`Painter::paint_over`].
-    pub(super) fn paint(
-        &mut self,
-        picture: [u32; 2],
-        shot: &Shot,
-        crowd: Option<&CrowdShot>,
-        over: impl FnOnce(vk::CommandBuffer, Target) -> Result<(), GpuError>,
-    ) -> Result<Vec<u8>, GpuError> {
-        let device = &mut self.device;
-        self.painter.paint_over(device, picture, shot, crowd, over)
-    }
-
     /// Destroys the device. Returns the validation messages.
     pub(super) fn close(mut self) -> Vec<Message> {
-        self.scene.close(&mut self.device);
-        if let Err(error) = self.painter.destroy(&mut self.device) {
-            tracing::warn!("{error}");
-        }
-        self.device.destroy()
+        self.scene.close(&mut self.painter.device);
+        self.painter.close()
     }
 }
 

@@ -15,7 +15,6 @@ use super::gui::{bars, write_beside};
 use super::player::Times;
 use super::{Event, Scene, Seen, WindowError};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::smooth_step;
@@ -28,42 +27,23 @@ use sabaki::query::{
 use sabaki_draw::scene::{
     Actor, Camera, CrowdShot, Dodge, DodgeSettings, Light, Look, Mesh, Nearest, Outfit, Shot,
 };
-use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::headless::{Cullers, Headless};
 use sabaki_fixtures::throw::generator;
 
-/// Settings of the balls.
+/// Settings of a [`ThrowScene`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BallSettings {
-    /// Time from the click to the throw, in seconds. Default: 0.9.
+pub struct ThrowSettings {
+    /// Time from the click to the throw of a ball, in seconds. Default: 0.9.
     pub lead: f32,
-    /// Speed, in metres per second. Default: 9.
+    /// Speed of a ball, in metres per second. Default: 9.
     pub speed: f32,
-    /// Radius, in metres. Default: 0.09.
+    /// Radius of a ball, in metres. Default: 0.09.
     pub radius: f32,
     /// Largest distance from the thrower to the target, in metres. Default: 3.2.
     pub distance: f32,
     /// Aims a ball at the place where the clicked part of the body will be on arrival if the character does not dodge.
     /// Default: true.
     pub ahead: bool,
-}
-
-impl Default for BallSettings {
-    fn default() -> Self {
-        Self {
-            lead: 0.9,
-            speed: 9.0,
-            radius: 0.09,
-            distance: 3.2,
-            ahead: true,
-        }
-    }
-}
-
-/// Settings of a [`ThrowScene`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThrowSettings {
-    /// Settings of the balls that clicks throw.
-    pub ball: BallSettings,
     /// Settings of the queries.
     pub query: QuerySettings,
     /// Culling path.
@@ -79,7 +59,11 @@ pub struct ThrowSettings {
 impl Default for ThrowSettings {
     fn default() -> Self {
         Self {
-            ball: BallSettings::default(),
+            lead: 0.9,
+            speed: 9.0,
+            radius: 0.09,
+            distance: 3.2,
+            ahead: true,
             query: QuerySettings::default(),
             culling: CullPath::default(),
             ghost: true,
@@ -142,8 +126,8 @@ pub struct ThrowScene<'a> {
     events: Vec<Event>,
     context: QueryContext,
     cpu: cpu::Culler,
-    /// Cullers on the device, each created when it is first needed.
-    resident: Vec<(CullPath, Culler)>,
+    /// Cullers on the device.
+    cullers: Cullers,
 }
 
 /// Colour of a candidate that was not chosen.
@@ -177,7 +161,7 @@ impl<'a> ThrowScene<'a> {
             events: Vec::new(),
             context: QueryContext::default(),
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
-            resident: Vec::new(),
+            cullers: Cullers::default(),
         }
     }
 
@@ -246,7 +230,7 @@ impl<'a> ThrowScene<'a> {
             self.events.push(Event::Ignored { number });
             return Ok(());
         }
-        let ball = self.settings.ball;
+        let ball = self.settings;
         let (attack, [from, target], at_body) = aim(self.baked, self.playhead, camera, ray, &ball)?;
         (self.replay, self.picked) = (None, None);
         self.throws += 1;
@@ -334,22 +318,8 @@ impl<'a> ThrowScene<'a> {
         device: Option<&mut Headless>,
     ) -> Result<Vec<Overlap>, String> {
         let device = device.ok_or("there is no device")?;
-        let place = self.resident.iter().position(|(own, _)| *own == path);
-        let place = match place {
-            Some(place) => place,
-            None => {
-                let desc = CullerDesc {
-                    name: path.name(),
-                    counted: Counted::FOR_A_CHOICE,
-                    ..CullerDesc::new(path, input.atlas)
-                };
-                let culler = device.make(|context, memory| Culler::new(context, memory, &desc));
-                self.resident
-                    .push((path, culler.map_err(|error| error.to_string())?));
-                self.resident.len() - 1
-            }
-        };
-        let counted = device.cull(&mut self.resident[place].1, input);
+        let culler = self.cullers.get(device, path, input.atlas);
+        let counted = culler.and_then(|culler| device.cull(culler, input));
         counted.map_err(|error| error.to_string())
     }
 
@@ -454,7 +424,7 @@ fn aim(
     playhead: Playhead,
     camera: &Camera,
     ray: Vec3,
-    settings: &BallSettings,
+    settings: &ThrowSettings,
 ) -> Result<(Attack, [Vec3; 2], bool), AttackError> {
     /// Distance that a ball flies on behind its target, in metres.
     const BEYOND: f32 = 1.6;
@@ -600,33 +570,23 @@ impl Walker {
             Vec2::new(root.x, root.z).length()
         };
         // The clip's own edge first, then the closest transitions.
-        let edges = || {
-            let cost = |edge: &EdgeId| match graph.edge(*edge).motion {
-                EdgeMotion::Clip => 0.0,
-                EdgeMotion::Transition { distance, .. } => distance,
-            };
-            let mut edges: Vec<EdgeId> = graph.edges_from(node).collect();
-            edges.sort_by(|a, b| cost(a).total_cmp(&cost(b)).then(a.0.cmp(&b.0)));
-            edges.truncate(EDGES);
-            edges
+        let cost = |edge: &EdgeId| match graph.edge(*edge).motion {
+            EdgeMotion::Clip => 0.0,
+            EdgeMotion::Transition { distance, .. } => distance,
         };
-        let natural = graph.natural_edge(node);
-        let whim = self.random.random::<f32>() < WHIMS;
-        if away(natural) > LEASH {
-            let edges = edges().into_iter().map(|edge| (away(edge), edge));
-            let nearest = edges.min_by(|a, b| a.0.total_cmp(&b.0));
-            return nearest
-                .filter(|(other, _)| *other < away(natural))
-                .map_or(natural, |(_, edge)| edge);
+        let mut edges: Vec<EdgeId> = graph.edges_from(node).collect();
+        edges.sort_by(|a, b| cost(a).total_cmp(&cost(b)).then(a.0.cmp(&b.0)));
+        edges.truncate(EDGES);
+        let mut wanted = graph.natural_edge(node);
+        if self.random.random::<f32>() < WHIMS {
+            wanted = edges[self.random.random_range(0..edges.len())];
         }
-        if whim {
-            let edges = edges();
-            let pick = self.random.random_range(0..edges.len().max(1));
-            if let Some(&edge) = edges.get(pick).filter(|&&edge| away(edge) <= LEASH) {
-                return edge;
-            }
+        if away(wanted) <= LEASH {
+            return wanted;
         }
-        natural
+        let nearest = edges.into_iter().map(|edge| (away(edge), edge));
+        let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map_or(wanted, |(_, edge)| edge)
     }
 }
 
@@ -731,11 +691,7 @@ impl Scene for ThrowScene<'_> {
     }
 
     fn close(&mut self, device: &mut Headless) {
-        if let Ok(memory) = device.memory() {
-            for (_, culler) in self.resident.drain(..) {
-                culler.destroy(memory);
-            }
-        }
+        self.cullers.destroy(device);
     }
 }
 
@@ -831,16 +787,15 @@ impl ThrowScene<'_> {
 
     fn add_sliders(&mut self, ui: &mut egui::Ui) {
         let settings = &mut self.settings;
-        let ball = &mut settings.ball;
         let mut slide = |value: &mut f32, (low, high): (f32, f32), text: &str| {
             ui.add(Slider::new(value, low..=high).text(text).max_decimals(2));
         };
-        slide(&mut ball.speed, (2.0, 20.0), "speed, m/s");
-        slide(&mut ball.radius, (0.03, 0.25), "radius, m");
-        slide(&mut ball.lead, (0.0, 2.0), "lead, s");
-        slide(&mut ball.distance, (1.0, 6.0), "distance, m");
+        slide(&mut settings.speed, (2.0, 20.0), "speed, m/s");
+        slide(&mut settings.radius, (0.03, 0.25), "radius, m");
+        slide(&mut settings.lead, (0.0, 2.0), "lead, s");
+        slide(&mut settings.distance, (1.0, 6.0), "distance, m");
         slide(&mut settings.near_speed, (0.05, 1.0), "time near it");
-        ui.checkbox(&mut ball.ahead, "aim at where the body will be");
+        ui.checkbox(&mut settings.ahead, "aim at where the body will be");
         ui.checkbox(&mut settings.ghost, "ghost of who does nothing");
         ui.checkbox(&mut settings.maps, "maps of the evasion");
     }

@@ -3,9 +3,10 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use sabaki::anim::CompressionSettings;
+use sabaki::anim::{Clip, CompressionSettings, Skeleton};
 use sabaki::archive;
-use sabaki::graph::GraphSettings;
+use sabaki::graph::{GraphError, GraphSettings};
+use sabaki_fixtures::demo;
 
 use super::super::Failure;
 use super::super::figure::FigureArgs;
@@ -87,14 +88,6 @@ pub(crate) struct ClipArgs {
     pub(crate) paper_maps: bool,
 }
 
-/// Paths of motions, as far as their first bytes tell.
-pub(super) struct MotionPaths {
-    /// Files and folders that are read.
-    pub(super) read: Vec<PathBuf>,
-    /// Files that are left out, with the reasons.
-    pub(super) left_out: Vec<String>,
-}
-
 fn clip_error(text: &str) -> Result<f32, String> {
     let is_allowed = |&value: &f32| value == 0.0 || (0.01..=300.0).contains(&value);
     let value = text.parse().ok().filter(is_allowed);
@@ -116,8 +109,8 @@ impl ClipArgs {
         self.paths.iter().chain(&self.clips)
     }
 
-    /// The files and folders that are read, without those that a bake wrote.
-    pub(super) fn motion_paths(&self) -> Result<MotionPaths, Failure> {
+    /// The files and folders that are read, and those that a bake wrote, as their first bytes tell, which are left out, with the reasons.
+    pub(super) fn motion_paths(&self) -> Result<(Vec<PathBuf>, Vec<String>), Failure> {
         let (mut read, mut left_out) = (Vec::new(), Vec::new());
         for path in self.clips() {
             match check_is_motion(path) {
@@ -130,7 +123,7 @@ impl ClipArgs {
             return Err(left_out.swap_remove(0));
         }
         let left_out = left_out.iter().map(Failure::to_string).collect();
-        Ok(MotionPaths { read, left_out })
+        Ok((read, left_out))
     }
 
     pub(super) fn graph_settings(&self) -> GraphSettings {
@@ -181,4 +174,17 @@ pub(crate) fn check_is_motion(path: &Path) -> Result<(), Failure> {
         "{}: this is {what}, and not a motion file (BVH, AMC or glTF)",
         path.display()
     )))
+}
+
+/// The skeleton and the clips of files, or the embedded ones without a path, and what is doubtful in them.
+pub(crate) fn read_clips(
+    paths: &[PathBuf],
+    options: &sabaki_import::ReadOptions,
+) -> Result<(Skeleton, Vec<Clip>, Vec<String>), Failure> {
+    if paths.is_empty() {
+        let motions = demo::motions().map_err(GraphError::from)?;
+        return Ok((motions.skeleton, motions.clips, Vec::new()));
+    }
+    let set = sabaki_import::read_clips(paths, None, options)?;
+    Ok((set.skeleton, set.clips, set.warnings))
 }

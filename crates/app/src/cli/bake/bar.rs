@@ -16,13 +16,8 @@ const STAGES: usize = BakeStage::Exits as usize + 1;
 #[derive(Debug)]
 pub(crate) struct BakeBar {
     started: Instant,
-    shown: Mutex<BarState>,
-}
-
-#[derive(Debug)]
-struct BarState {
-    bar: ProgressBar,
-    last: Option<BakeStage>,
+    /// The bar, and the stage that it shows.
+    shown: Mutex<(ProgressBar, Option<BakeStage>)>,
 }
 
 impl BakeBar {
@@ -31,26 +26,25 @@ impl BakeBar {
         cancel::listen();
         Self {
             started: Instant::now(),
-            shown: Mutex::new(BarState {
-                bar: ProgressBar::hidden(),
-                last: None,
-            }),
+            shown: Mutex::new((ProgressBar::hidden(), None)),
         }
     }
 
     /// Shows a stage that is short.
     pub(crate) fn short(&self, what: &'static str) {
-        self.lock()
-            .show(ProgressBar::new_spinner().with_message(what));
-        self.log(what);
+        let bar = ProgressBar::new_spinner().with_message(what);
+        self.show(&mut self.lock().0, bar, what);
     }
 
-    fn log(&self, what: &str) {
+    fn show(&self, shown: &mut ProgressBar, bar: ProgressBar, what: &str) {
+        shown.finish_and_clear();
+        *shown = bar;
+        shown.tick();
         let seconds = self.started.elapsed().as_secs_f64();
         tracing::info!("{what} at {seconds:.3} s");
     }
 
-    fn lock(&self) -> MutexGuard<'_, BarState> {
+    fn lock(&self) -> MutexGuard<'_, (ProgressBar, Option<BakeStage>)> {
         // A bar is of use, whatever befell the thread that drew it last.
         self.shown.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -58,29 +52,19 @@ impl BakeBar {
 
 impl Drop for BakeBar {
     fn drop(&mut self) {
-        self.lock().bar.finish_and_clear();
-    }
-}
-
-impl BarState {
-    fn show(&mut self, bar: ProgressBar) {
-        self.bar.finish_and_clear();
-        self.bar = bar;
-        self.bar.tick();
+        self.lock().0.finish_and_clear();
     }
 }
 
 impl BakeWatch for BakeBar {
     fn progress(&self, progress: BakeProgress) {
-        let mut shown = self.lock();
+        let (shown, last) = &mut *self.lock();
         let BakeProgress { stage, done, all } = progress;
-        if shown.last != Some(stage) {
-            shown.show(bar(stage));
-            self.log(words(stage));
+        if last.replace(stage) != Some(stage) {
+            self.show(shown, bar(stage), words(stage));
         }
-        shown.last = Some(stage);
-        shown.bar.set_length(all);
-        shown.bar.set_position(done);
+        shown.set_length(all);
+        shown.set_position(done);
     }
 
     fn is_stopped(&self) -> bool {

@@ -9,7 +9,7 @@ mod statistics;
 mod steps;
 mod submit;
 
-pub(crate) use args::{ReadArgs, check_is_motion};
+pub(crate) use args::{ReadArgs, check_is_motion, read_clips};
 pub(crate) use embedded::{GraphArgs, embedded_anew};
 pub(crate) use statistics::describe;
 pub(crate) use statistics::{bake_statistics, headline, statistics};
@@ -106,7 +106,6 @@ fn write(baked: &Baked, out: &Path, as_json: bool) -> Result<Done, Failure> {
         )
     });
     written?;
-    let mut left_out = baked.made.iter().flat_map(|made| &made.left_out);
     let text = if as_json {
         let mut document = bake_statistics(baked);
         document["out"] = json!(out.display().to_string());
@@ -117,8 +116,5 @@ fn write(baked: &Baked, out: &Path, as_json: bool) -> Result<Done, Failure> {
         let described = statistics::describe_bake(baked);
         format!("{described}{table}wrote {}\n", out.display())
     };
-    Ok(Done {
-        incomplete: left_out.next().is_some(),
-        ..Done::ok(text)
-    })
+    Ok(Done::without(text, &baked.left_out))
 }

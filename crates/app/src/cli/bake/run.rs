@@ -18,24 +18,20 @@ use sabaki_import::{
 use serde::{Deserialize, Serialize};
 
 use super::super::figure::Figure;
+use super::super::output::usage;
 use super::super::{Failure, culling};
 use super::MapDrawing;
-use super::args::{ClipArgs, MotionPaths};
+use super::args::ClipArgs;
 use super::bar::BakeBar;
 
 /// Number of transitions on which foot sliding is measured; enough for three digits.
 const MEASURED: usize = 2000;
 
-/// A graph, with its build report if it was built now.
+/// A graph, with the report on its build.
 pub(crate) struct Baked {
     pub(crate) graph: BakedGraph,
     /// The file of the character's mesh, serialized by postcard; empty without one.
     pub(crate) mesh: Vec<u8>,
-    pub(crate) made: Option<BuildSummary>,
-}
-
-/// Report on the build of a graph.
-pub(crate) struct BuildSummary {
     pub(crate) report: BuildReport,
     pub(crate) feet: FootSlide,
     pub(crate) seconds: f64,
@@ -60,7 +56,7 @@ pub(crate) struct BakeInput {
 impl BakeInput {
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
         args.check()?;
-        let MotionPaths { read, left_out } = args.motion_paths()?;
+        let (read, left_out) = args.motion_paths()?;
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
             retarget: args.retarget,
@@ -72,8 +68,7 @@ impl BakeInput {
             set.take_joints(joints)?;
         }
         if args.mirror {
-            set.add_mirrored()
-                .map_err(|error| Failure::Usage(error.to_string()))?;
+            set.add_mirrored().map_err(usage)?;
         }
         let figure = args.figure.read(&set)?;
         Ok(Self {
@@ -128,8 +123,7 @@ fn mesh_of(paths: &[PathBuf], set: &mut ClipSet) -> Result<Vec<u8>, Failure> {
                     .iter()
                     .map(|note| format!("{}: {note}", file.name));
                 set.warnings.extend(notes);
-                return postcard::to_stdvec(&file)
-                    .map_err(|error| Failure::Usage(error.to_string()));
+                return postcard::to_stdvec(&file).map_err(usage);
             }
             Err(ReadError::Contents { error, .. })
                 if matches!(*error, ContentsError::Gltf(GltfError::NoMesh)) => {}
@@ -148,13 +142,11 @@ pub(super) fn from_clips(args: &ClipArgs, draw: MapDrawing) -> Result<Baked, Fai
         .run(draw)
         .map_err(|failure| within(args, failure))?;
     baked.mesh.clone_from(&input.mesh);
-    if let Some(made) = &mut baked.made {
-        made.warnings.splice(..0, input.notes());
-        made.figure = input.figure;
-        made.left_out = input.set.left_out;
-        made.joints = input.set.figure;
-        made.seconds = started.elapsed().as_secs_f64();
-    }
+    baked.warnings.splice(..0, input.notes());
+    baked.figure = input.figure;
+    baked.left_out = input.set.left_out;
+    baked.joints = input.set.figure;
+    baked.seconds = started.elapsed().as_secs_f64();
     Ok(baked)
 }
 
@@ -223,9 +215,7 @@ impl Bake<'_> {
         let watch = BakeBar::new();
         let built = self.build(&watch, |builder| Ok(builder.find_transitions()?))?;
         let mut baked = finish(built, self.settings, Vec::new(), draw, &watch)?;
-        if let Some(made) = &mut baked.made {
-            made.seconds = started.elapsed().as_secs_f64();
-        }
+        baked.seconds = started.elapsed().as_secs_f64();
         Ok(baked)
     }
 
@@ -263,23 +253,24 @@ pub(crate) fn finish(
     let mut warnings = Vec::new();
     if graph.evasions().is_empty() {
         let labelled = report.events.evasions;
-        warnings.push(match labelled {
-                    0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
-                    n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
-                });
+        let what = match labelled {
+            0 => "no clip has an evasion".to_owned(),
+            n => format!("none of the {n} evasions can be reached and left again"),
+        };
+        warnings.push(format!(
+            "{what}: attacks are avoided by whatever motion there is"
+        ));
     }
     Ok(Baked {
         graph,
         mesh: Vec::new(),
-        made: Some(BuildSummary {
-            report,
-            feet,
-            seconds: started.elapsed().as_secs_f64(),
-            warnings,
-            figure: Figure::default(),
-            joints: String::new(),
-            left_out: Vec::new(),
-        }),
+        report,
+        feet,
+        seconds: started.elapsed().as_secs_f64(),
+        warnings,
+        figure: Figure::default(),
+        joints: String::new(),
+        left_out: Vec::new(),
     })
 }
 

@@ -12,7 +12,7 @@
 //! the part and its data, serialized by postcard. Files are complete or not there. A process needs no other process: it may be killed, or run
 //! twice.
 
-use std::io::Write;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::{Clip, Event, Skeleton};
@@ -22,8 +22,10 @@ use sabaki::graph::{ClipSource, GraphBuilder, GraphSettings};
 use sabaki::maps::{BakeSettings, EntryShare, MomentShare};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::super::Failure;
+use super::super::output::usage;
 use super::MapDrawing;
 use super::args::PART;
 use super::bar::BakeBar;
@@ -60,32 +62,11 @@ pub(super) struct SharedBake {
     id: u32,
 }
 
-/// A step that was done for a shard.
-pub(super) enum ShardStep {
-    /// The shard's transitions were searched: the number of minima, and of distances that were computed.
-    Search(usize, u64),
-    /// The graph was built.
-    Graph,
-    /// The shard's entries were found.
-    Entries,
-    /// Other shards, a line for each, have to be searched before the graph can be built.
-    Wait(Vec<String>),
-    /// All files of the shard are there.
-    Nothing,
-}
+/// The step that was done for a shard: its name, what it did as text, and its figures.
+pub(super) type ShardStep = (&'static str, String, Value);
 
-/// Why a file cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum Unusable {
-    #[error("missing")]
-    Missing,
-    #[error("damaged")]
-    Damaged,
-    #[error("of another plan or version")]
-    Other,
-    #[error("not readable ({0})")]
-    Io(#[from] std::io::Error),
-}
+/// A file whose contents are not what was written. Functions that read files return why one cannot be used.
+const DAMAGED: &str = "damaged";
 
 /// Divides bands into runs with about equal numbers of window pairs. Returns the shard of each band.
 fn shards_of(bands: impl Iterator<Item = MapBand> + Clone, shards: usize) -> Vec<usize> {
@@ -102,7 +83,7 @@ fn shards_of(bands: impl Iterator<Item = MapBand> + Clone, shards: usize) -> Vec
 /// The contents of a part.
 fn encode(part: &str, data: &impl Serialize) -> Result<Vec<u8>, Failure> {
     let name = format!("{} {part}", env!("CARGO_PKG_VERSION"));
-    postcard::to_stdvec(&(name, data)).map_err(|error| Failure::Usage(error.to_string()))
+    postcard::to_stdvec(&(name, data)).map_err(usage)
 }
 
 fn write(folder: &Path, part: &str, id: u32, contents: &[u8]) -> Result<(), Failure> {
@@ -113,32 +94,32 @@ fn write(folder: &Path, part: &str, id: u32, contents: &[u8]) -> Result<(), Fail
         file.write_all(&crc32fast::hash(contents).to_le_bytes())?;
         file.write_all(contents)
     });
-    written.map_err(|source| Failure::Write { path, source })
+    written.map_err(Failure::file(&path))
 }
 
 /// Reads a part. Returns its data and the checksum of its contents.
-fn read<T: DeserializeOwned>(folder: &Path, part: &str, id: u32) -> Result<(T, u32), Unusable> {
+fn read<T: DeserializeOwned>(folder: &Path, part: &str, id: u32) -> Result<(T, u32), String> {
     let mut bytes = Vec::new();
-    match open_regular(&folder.join(part)) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Err(Unusable::Missing);
-        }
-        file => std::io::Read::read_to_end(&mut file?, &mut bytes)?,
-    };
-    let (header, contents) = bytes.split_at_checked(HEADER).ok_or(Unusable::Damaged)?;
+    let read = open_regular(&folder.join(part));
+    match read.and_then(|mut file| file.read_to_end(&mut bytes)) {
+        Ok(_) => {}
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Err("missing".to_owned()),
+        Err(error) => return Err(format!("not readable ({error})")),
+    }
+    let (header, contents) = bytes.split_at_checked(HEADER).ok_or(DAMAGED)?;
     let crc32 = crc32fast::hash(contents);
     if header[..8] != *PART || header[12..] != crc32.to_le_bytes() {
-        return Err(Unusable::Damaged);
+        return Err(DAMAGED.to_owned());
     }
     let name = format!("{} {part}", env!("CARGO_PKG_VERSION"));
     match postcard::take_from_bytes::<&str>(contents) {
         Ok((found, data)) if found == name && header[8..12] == id.to_le_bytes() => {
             match postcard::take_from_bytes(data) {
                 Ok((data, [])) => Ok((data, crc32)),
-                _ => Err(Unusable::Damaged),
+                _ => Err(DAMAGED.to_owned()),
             }
         }
-        _ => Err(Unusable::Other),
+        _ => Err("of another plan or version".to_owned()),
     }
 }
 
@@ -182,7 +163,7 @@ impl SharedBake {
         };
         for part in ["shards", "entries"] {
             let path = folder.join(part);
-            std::fs::create_dir_all(&path).map_err(|source| Failure::Write { path, source })?;
+            std::fs::create_dir_all(&path).map_err(Failure::file(&path))?;
         }
         let contents = encode("plan", &plan)?;
         let id = crc32fast::hash(&contents);
@@ -207,7 +188,7 @@ impl SharedBake {
         Ok(Self { folder, plan, id })
     }
 
-    fn read<T: DeserializeOwned>(&self, part: &str) -> Result<T, Unusable> {
+    fn read<T: DeserializeOwned>(&self, part: &str) -> Result<T, String> {
         read(&self.folder, part, self.id).map(|(data, _)| data)
     }
 
@@ -246,7 +227,7 @@ impl SharedBake {
         let entries = format!("entries/{shard}");
         if let Some(built) = self.graph() {
             if self.read::<EntryShare>(&entries).is_ok() {
-                return Ok(ShardStep::Nothing);
+                return Ok(("nothing", "nothing to do".to_owned(), json!({})));
             }
             let settings = BakeSettings {
                 threads,
@@ -258,18 +239,22 @@ impl SharedBake {
             };
             let found = share.find_entries(&built.graph, &settings, &BakeBar::new())?;
             self.write(&entries, &found)?;
-            return Ok(ShardStep::Entries);
+            return Ok(("entries", "its entries are found".to_owned(), json!({})));
         }
         let minima = format!("shards/{shard}");
         if self.read::<Vec<Vec<Minimum>>>(&minima).is_err() {
             return self.search(shard, threads);
         }
         match self.read_all("shards") {
-            Err(lacking) => Ok(ShardStep::Wait(lacking)),
+            Err(lacking) => {
+                let told = format!("nothing to do before others\n{}", lacking.join("\n"));
+                Ok(("wait", told, json!({})))
+            }
             Ok(found) => {
                 let built = self.build(&found)?;
                 self.write("graph", &built)?;
-                Ok(ShardStep::Graph)
+                let told = "the graph is built from all shards".to_owned();
+                Ok(("graph", told, json!({})))
             }
         }
     }
@@ -300,8 +285,11 @@ impl SharedBake {
             Ok(())
         })?;
         self.write(&format!("shards/{shard}"), &minima)?;
-        let count = minima.iter().map(Vec::len).sum();
-        Ok(ShardStep::Search(count, distances))
+        let count = minima.iter().map(Vec::len).sum::<usize>();
+        let millions = distances as f64 * 1e-6;
+        let told = format!("{count} minima, {millions:.1} million distances computed");
+        let figures = json!({ "minima": count, "distances": distances });
+        Ok(("search", told, figures))
     }
 
     /// The graph, if it is there and sound.
@@ -362,10 +350,8 @@ impl SharedBake {
             &BakeBar::new(),
         )?;
         baked.mesh.clone_from(&self.plan.mesh);
-        if let Some(made) = &mut baked.made {
-            made.warnings.splice(..0, self.plan.notes.clone());
-            made.left_out.clone_from(&self.plan.left_out);
-        }
+        baked.warnings.splice(..0, self.plan.notes.clone());
+        baked.left_out.clone_from(&self.plan.left_out);
         Ok(baked)
     }
 

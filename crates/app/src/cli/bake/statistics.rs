@@ -3,6 +3,7 @@
 use sabaki::anim::EventKind;
 use sabaki::graph::{BuildReport, DroppedPart, MotionGraph};
 use sabaki::maps::BakedGraph;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::run::Baked;
@@ -61,22 +62,14 @@ fn islands(report: &BuildReport) -> Vec<String> {
 }
 
 fn part(DroppedPart { clip, start, end }: &DroppedPart) -> String {
-    let [into, out] = [
+    let places = [
         (start, "at its start, which nothing near leads into"),
         (end, "at its end, which leads to nothing near"),
-    ]
-    .map(|(seconds, place)| (*seconds > 0.0).then(|| format!("{seconds:.1} s {place}")));
-    match (into, out) {
-        (Some(_), Some(_)) => format!(
-            "dropped of {}: {start:.1} s at its start, {end:.1} s at its end",
-            short(clip)
-        ),
-        (one, other) => format!(
-            "dropped of {}: {}",
-            short(clip),
-            one.or(other).unwrap_or_default()
-        ),
-    }
+    ];
+    let lost = places.iter().filter(|(seconds, _)| **seconds > 0.0);
+    let lost = lost.map(|(seconds, place)| format!("{seconds:.1} s {place}"));
+    let lost = lost.collect::<Vec<_>>().join("; ");
+    format!("dropped of {}: {lost}", short(clip))
 }
 
 /// Statistics of a graph as JSON, with stable keys.
@@ -102,26 +95,24 @@ pub(crate) fn statistics(baked: &BakedGraph) -> Value {
             "1.5": baked.responsive_share(1.5),
         },
         "push_limit": baked.push_limit(),
-        "clip_bytes": ClipSizes::new(graph).to_json(),
+        "clip_bytes": ClipSizes::new(graph),
         "entries": entries,
     });
     value["entries"]["share"] = json!(entries.share());
     value
 }
 
-/// Statistics of a graph, and of its bake if it was baked now.
+/// Statistics of a graph and of its bake.
 pub(crate) fn bake_statistics(baked: &Baked) -> Value {
     let mut value = statistics(&baked.graph);
-    if let Some(made) = &baked.made {
-        value["build_seconds"] = json!(made.seconds);
-        value["report"] = json!(made.report);
-        value["islands"] = json!(islands(&made.report));
-        value["foot_slide"] = json!(made.feet);
-        value["warnings"] = json!(made.warnings);
-        value["left_out"] = json!(made.left_out);
-        value["figure"] = json!(made.joints);
-        value["fits"] = made.figure.to_json();
-    }
+    value["build_seconds"] = json!(baked.seconds);
+    value["report"] = json!(baked.report);
+    value["islands"] = json!(islands(&baked.report));
+    value["foot_slide"] = json!(baked.feet);
+    value["warnings"] = json!(baked.warnings);
+    value["left_out"] = json!(baked.left_out);
+    value["figure"] = json!(baked.joints);
+    value["fits"] = json!(baked.figure.fits);
     value
 }
 
@@ -168,7 +159,7 @@ pub(crate) fn describe(baked: &BakedGraph) -> String {
         events.longest,
         baked.push_limit(),
         headline = headline(baked),
-        clips = ClipSizes::new(graph).text(),
+        clips = ClipSizes::new(graph).text(graph.clips().len()),
         transitions = graph.transitions(),
         maps = baked.atlas().bytes() as f64 * 1e-6,
     )
@@ -177,17 +168,14 @@ pub(crate) fn describe(baked: &BakedGraph) -> String {
 /// A graph that was baked now, as text.
 pub(crate) fn describe_bake(baked: &Baked) -> String {
     let mut text = describe(&baked.graph);
-    let Some(made) = &baked.made else {
-        return text;
-    };
     let mut line = |text_line: String| {
         text.push_str(&text_line);
         text.push('\n');
     };
-    if !made.joints.is_empty() {
-        line(format!("figure: {}", made.joints));
+    if !baked.joints.is_empty() {
+        line(format!("figure: {}", baked.joints));
     }
-    let (report, feet, dropped) = (&made.report, &made.feet, &made.report.dropped);
+    let (report, feet, dropped) = (&baked.report, &baked.feet, &baked.report.dropped);
     line(format!(
         "read: {} clips, {:.1} s; dropped: {:.1} s and {} whole clips that the graph cannot reach and leave",
         report.clips,
@@ -228,10 +216,10 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
     }
     line(format!(
         "{} transitions left out because a foot would move too fast; baked in {:.2} s",
-        report.too_fast, made.seconds
+        report.too_fast, baked.seconds
     ));
-    text.push_str(&made.figure.describe());
-    text.push_str(&left_out_and_notes(&made.left_out, &made.warnings));
+    text.push_str(&baked.figure.describe());
+    text.push_str(&left_out_and_notes(&baked.left_out, &baked.warnings));
     text
 }
 
@@ -242,61 +230,43 @@ pub(crate) fn left_out_and_notes(left_out: &[String], notes: &[String]) -> Strin
     left_out.chain(notes).collect()
 }
 
-/// Sizes of all clips together, and the errors of compressing them.
-#[derive(Default)]
+/// Sizes of all clips together, in bytes, and the largest errors of compressing them, in metres.
+#[derive(Default, Serialize)]
 struct ClipSizes {
-    clips: usize,
-    compressed: usize,
-    bytes: usize,
-    plain_bytes: usize,
-    /// Largest errors of any clip, at the joints and at the ends, in metres.
-    errors: [f32; 2],
+    stored: usize,
+    plain: usize,
+    ratio: f64,
+    compressed_clips: usize,
+    joint_error: f32,
+    end_error: f32,
 }
 
 impl ClipSizes {
     fn new(graph: &MotionGraph) -> Self {
-        let mut sizes = Self {
-            clips: graph.clips().len(),
-            ..Self::default()
-        };
+        let mut sizes = Self::default();
         for clip in graph.clips() {
             let [bytes, plain] = clip.stored_bytes();
-            sizes.bytes += bytes;
-            sizes.plain_bytes += plain;
-            if let Some(errors) = clip.compression_errors() {
-                sizes.compressed += 1;
-                for (largest, error) in sizes.errors.iter_mut().zip(errors) {
-                    *largest = largest.max(error);
-                }
+            sizes.stored += bytes;
+            sizes.plain += plain;
+            if let Some([joints, ends]) = clip.compression_errors() {
+                sizes.compressed_clips += 1;
+                sizes.joint_error = sizes.joint_error.max(joints);
+                sizes.end_error = sizes.end_error.max(ends);
             }
         }
+        sizes.ratio = sizes.plain as f64 / sizes.stored.max(1) as f64;
         sizes
     }
 
-    fn ratio(&self) -> f64 {
-        self.plain_bytes as f64 / self.bytes.max(1) as f64
-    }
-
-    fn text(&self) -> String {
-        let [joints, ends] = self.errors.map(|metres| 1e3 * metres);
+    fn text(&self, clips: usize) -> String {
+        let [joints, ends] = [self.joint_error, self.end_error].map(|metres| 1e3 * metres);
         format!(
             "{} of {} clips are compressed: {:.2} MB, {:.1} times smaller than plain, errors of {joints:.3} mm\n  \
              at the joints and {ends:.3} mm at the ends at most",
-            self.compressed,
-            self.clips,
-            1e-6 * self.bytes as f64,
-            self.ratio()
+            self.compressed_clips,
+            clips,
+            1e-6 * self.stored as f64,
+            self.ratio
         )
-    }
-
-    fn to_json(&self) -> Value {
-        json!({
-            "stored": self.bytes,
-            "plain": self.plain_bytes,
-            "ratio": self.ratio(),
-            "compressed_clips": self.compressed,
-            "joint_error": self.errors[0],
-            "end_error": self.errors[1],
-        })
     }
 }

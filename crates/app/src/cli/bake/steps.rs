@@ -9,7 +9,7 @@ use super::super::numbers::whole;
 use super::super::{Done, Failure, output};
 use super::args::ClipArgs;
 use super::run::BakeInput;
-use super::shared::{MOST_SHARDS, ShardStep, SharedBake};
+use super::shared::{MOST_SHARDS, SharedBake};
 use super::statistics::left_out_and_notes;
 use super::write;
 
@@ -68,10 +68,7 @@ pub(super) fn plan(args: &PlanArgs, as_json: bool) -> Result<Done, Failure> {
             left_out_and_notes(left_out, notes),
         ),
     };
-    Ok(Done {
-        incomplete: !left_out.is_empty(),
-        ..Done::ok(text)
-    })
+    Ok(Done::without(text, left_out))
 }
 
 pub(super) fn shard(args: &ShardArgs, as_json: bool) -> Result<Done, Failure> {
@@ -84,29 +81,11 @@ pub(super) fn shard(args: &ShardArgs, as_json: bool) -> Result<Done, Failure> {
             shards - 1
         )));
     }
-    let step = bake.step(shard, args.threads as usize)?;
+    let (step, told, mut document) = bake.step(shard, args.threads as usize)?;
     let seconds = started.elapsed().as_secs_f64();
-    let (name, told) = match &step {
-        ShardStep::Search(minima, distances) => (
-            "search",
-            format!(
-                "{minima} minima, {:.1} million distances computed",
-                *distances as f64 * 1e-6
-            ),
-        ),
-        ShardStep::Graph => ("graph", "the graph is built from all shards".to_owned()),
-        ShardStep::Entries => ("entries", "its entries are found".to_owned()),
-        ShardStep::Wait(lacking) => (
-            "wait",
-            format!("nothing to do before others\n{}", lacking.join("\n")),
-        ),
-        ShardStep::Nothing => ("nothing", "nothing to do".to_owned()),
-    };
-    let mut document = json!({ "shard": shard, "step": name, "seconds": seconds });
-    if let ShardStep::Search(minima, distances) = step {
-        document["minima"] = json!(minima);
-        document["distances"] = json!(distances);
-    }
+    document["shard"] = json!(shard);
+    document["step"] = json!(step);
+    document["seconds"] = json!(seconds);
     Ok(Done::ok(match as_json {
         true => Done::json(&document),
         false => format!("shard {shard} of {shards}: {told} ({seconds:.2} s)\n"),

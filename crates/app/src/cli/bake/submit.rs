@@ -90,7 +90,7 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 /// Submits a job, and returns its number.
 fn submitted(folder: &Path, words: &[String]) -> Result<String, Failure> {
     let logs = folder.join("logs");
-    std::fs::create_dir_all(&logs).map_err(|source| Failure::Write { path: logs, source })?;
+    std::fs::create_dir_all(&logs).map_err(Failure::file(&logs))?;
     let ran = Command::new("sbatch").args(words).output();
     let ran = ran.map_err(|error| Failure::Usage(format!("cannot run sbatch: {error}")))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
@@ -104,10 +104,7 @@ fn submitted(folder: &Path, words: &[String]) -> Result<String, Failure> {
 
 /// An absolute path, as text of a job.
 fn absolute(path: &Path) -> Result<String, Failure> {
-    let found = std::path::absolute(path).map_err(|source| Failure::Open {
-        path: path.to_owned(),
-        source,
-    })?;
+    let found = std::path::absolute(path).map_err(Failure::file(path))?;
     let refused = || {
         let what = "this name is not UTF-8, and a job cannot hold it";
         Failure::Usage(format!("{}: {what}", path.display()))

@@ -86,36 +86,30 @@ fn to_json(rows: &[Row]) -> String {
 }
 
 fn to_text(baked: &BakedGraph, culling: &Culling, rows: &[Row]) -> String {
-    let head = [
-        "grid",
-        "culled by",
-        "candidates",
-        "kept",
-        "weak",
-        "wrong",
-        "avoided",
-        "ms of 6",
-        "ms of all",
-        "paper ms",
-    ];
-    let mut table = output::table(&head, 2);
-    for row in rows {
-        table.add_row([
-            row.method.grid_name().to_owned(),
-            row.method.cull.name().to_owned(),
-            format!("{:.1}", row.per_attack(row.tally.candidates())),
-            match row.method.cull {
+    let mean = |row: &Row, count: usize| format!("{:.1}", row.per_attack(count));
+    let percent = |share: f64| format!("{:.0}%", 100.0 * share);
+    let ms = |row: &Row, attacks: usize| format!("{:.2}", row.mean_ms(attacks));
+    let table = output::table_of(
+        2,
+        rows,
+        &[
+            ("grid", &|row| row.method.grid_name().to_owned()),
+            ("culled by", &|row| row.method.cull.name().to_owned()),
+            ("candidates", &|row| mean(row, row.tally.candidates())),
+            ("kept", &|row| match row.method.cull {
                 CullPath::None => String::new(),
-                _ => format!("{:.1}", row.per_attack(row.tally.kept())),
-            },
-            format!("{:.0}%", 100.0 * row.tally.weak()),
-            format!("{:.0}%", 100.0 * row.tally.wrong()),
-            row.avoided().to_string(),
-            format!("{:.2}", row.mean_ms(PAPER)),
-            format!("{:.2}", row.mean_ms(row.runs.len())),
-            paper_ms(row.method).map_or(String::new(), |ms| ms.to_string()),
-        ]);
-    }
+                _ => mean(row, row.tally.kept()),
+            }),
+            ("weak", &|row| percent(row.tally.weak())),
+            ("wrong", &|row| percent(row.tally.wrong())),
+            ("avoided", &|row| row.avoided().to_string()),
+            ("ms of 6", &|row| ms(row, PAPER)),
+            ("ms of all", &|row| ms(row, row.runs.len())),
+            ("paper ms", &|row| {
+                paper_ms(row.method).map_or(String::new(), |ms| ms.to_string())
+            }),
+        ],
+    );
     format!(
         "{}{}\n\nAs in the paper: slabs of 0.30 m without time, no entries, layers or warps, the nearest cell,\n\
          every kept candidate tested over the whole attack. The mean of 6 attacks, and of all {}:\n{table}\n\

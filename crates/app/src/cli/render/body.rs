@@ -5,13 +5,11 @@ use std::f32::consts::FRAC_PI_2;
 use glam::Vec3;
 use sabaki::anim::{Facing, JointTransform, Limbs, Pose, forward_kinematics};
 use sabaki::math::Sphere;
-use sabaki_app::film::Delay;
-use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
     Camera, Light, Orbit, Shot, SkinnedBody, skinned_positions, standing_pose,
 };
 
-use super::{OutArgs, Written, draw_all, on_a_sheet};
+use super::{OutArgs, Written, draw_all, on_a_sheet, paint};
 use crate::cli::Failure;
 use crate::cli::bake::GraphArgs;
 
@@ -62,11 +60,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         found
     };
     let poses = [standing_pose(skeleton, clips), best(&low), best(&raised)];
-    let desc = StageDesc {
-        meshes: &bound.outfit.meshes,
-        ..StageDesc::default()
-    };
-    let mut canvas = args.out.canvas(&desc)?;
+    let mut canvas = args.out.canvas_of(Some(&bound))?;
     let skin = &bound.outfit.skins[0];
     let mesh = &bound.outfit.meshes[skin.mesh];
     let aspect = args.out.size[0] as f32 / args.out.size[1] as f32;
@@ -78,11 +72,11 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let pictures = draw_all(shots.collect(), |(joints, camera)| {
         let mut shot = shot(camera);
         shot.skinned.push(SkinnedBody::new(skin, joints));
-        canvas.paint(&shot, None)
+        paint(&mut canvas, &shot, None)
     })?;
     drop(canvas);
     let sheet = on_a_sheet(&pictures, SIDES);
-    args.out.write(vec![sheet], Delay::default(), Some(&bound))
+    args.out.write(vec![sheet], 0.0, Some(&bound))
 }
 
 /// Cameras on all sides of a character with this heading, the front first, that show all positions of its mesh at the same scale.

@@ -2,19 +2,17 @@
 
 use std::time::Instant;
 
-use sabaki::graph::GraphError;
-use sabaki_app::film::Delay;
 use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Formation, FormationSettings};
-use sabaki_fixtures::demo;
 use serde_json::json;
 
-use super::{FilmArgs, OutArgs, Written, draw_all, is_film, text_height};
+use super::{FilmArgs, OutArgs, Written, draw_all, failed, is_film, paint, text_height};
 use crate::cli::Failure;
-use crate::cli::bake::GraphArgs;
+use crate::cli::bake::{self, GraphArgs};
 use crate::cli::mesh::{BoundOutfit, MeshArgs};
 use crate::cli::numbers::whole;
+use crate::cli::output::usage;
 use crate::cli::plot::INK;
 
 #[derive(clap::Args)]
@@ -52,8 +50,8 @@ impl CrowdArgs {
     pub(crate) fn formation(&self, mesh: &MeshArgs) -> Result<(Formation, BoundOutfit), Failure> {
         let (skeleton, clips) = match self.graph.is_embedded() {
             true => {
-                let motions = demo::motions().map_err(GraphError::from)?;
-                (motions.skeleton, motions.clips)
+                let (skeleton, clips, _) = bake::read_clips(&[], &Default::default())?;
+                (skeleton, clips)
             }
             false => {
                 let baked = self.graph.load_unprepared()?;
@@ -84,10 +82,6 @@ impl CrowdArgs {
     }
 }
 
-fn usage(error: impl std::fmt::Display) -> Failure {
-    Failure::Usage(error.to_string())
-}
-
 pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let (mut formation, outfit) = args.crowd.formation(&args.out.mesh)?;
     formation.use_levels(!args.crowd.no_levels);
@@ -111,11 +105,12 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         let camera = formation.camera();
         let begun = Instant::now();
         formation.look_from(&camera, size).map_err(usage)?;
-        formation.pose(canvas.poses()?).map_err(usage)?;
+        let poses = canvas.poses().map_err(failed)?;
+        formation.pose(poses).map_err(usage)?;
         pose_ms.push(1e3 * begun.elapsed().as_secs_f64());
         let (shot, shown) = formation.shot(camera, size).map_err(usage)?;
         let begun = Instant::now();
-        let mut picture = canvas.paint(&shot, Some(&shown))?;
+        let mut picture = paint(&mut canvas, &shot, Some(&shown))?;
         draw_ms.push(1e3 * begun.elapsed().as_secs_f64());
         if !args.film.plain {
             picture.text((10, 8), &characters, text_height(size[0]), INK);
@@ -124,8 +119,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         Ok(picture)
     })?;
     drop(canvas);
-    let delay = Delay::of_seconds(step);
-    let written = args.out.write(pictures, delay, Some(&outfit))?;
+    let written = args.out.write(pictures, f64::from(step), Some(&outfit))?;
     let census = formation.census();
     let [pose, draw] = [pose_ms, draw_ms].map(|times| percentile(times, 0.5));
     let line = format!(

@@ -6,13 +6,12 @@ use glam::Vec2;
 use plotters::style::RGBColor;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
-use sabaki_app::film::Delay;
-use sabaki_draw::StageDesc;
+use sabaki_app::Painter;
 use sabaki_draw::scene::{Camera, Dodge, DodgeSettings};
 use sabaki_fixtures::throw::Throw;
 use serde_json::json;
 
-use super::{Canvas, FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, text_height};
+use super::{FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, paint, text_height};
 use crate::cli::Failure;
 use crate::cli::bake::GraphArgs;
 use crate::cli::numbers::{number, whole};
@@ -102,11 +101,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         Dodge::new(&baked, throw.playhead, &throw.attack, &answer, &settings).with_skin(skin);
     let [width, height] = args.out.size;
     let camera = dodge.camera(width as f32 / height as f32);
-    let desc = StageDesc {
-        meshes: outfit.as_ref().map_or(&[], |bound| &bound.outfit.meshes),
-        ..StageDesc::default()
-    };
-    let mut canvas = args.out.canvas(&desc)?;
+    let mut canvas = args.out.canvas_of(outfit.as_ref())?;
     let near = dodge.clearance();
     let moments = match args.at {
         _ if args.storyboard => storyboard(near.time, &throw.attack),
@@ -119,7 +114,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     if args.storyboard {
         pictures = vec![on_a_sheet(&pictures, ABREAST)];
     }
-    let delay = Delay::of_rate(args.film.rate);
+    let delay = 1.0 / f64::from(args.film.rate);
     let written = args.out.write(pictures, delay, outfit.as_ref())?;
     let evasion = evasion(&answer);
     let line = format!(
@@ -161,13 +156,13 @@ fn picture(
     dodge: &Dodge<'_>,
     camera: Camera,
     t: f32,
-    canvas: &mut Canvas,
+    canvas: &mut Painter,
 ) -> Result<Picture, Failure> {
     let mut shot = dodge.shot(t, camera);
     if args.maps {
         dodge.add_maps(t, &mut shot);
     }
-    let mut picture = canvas.paint(&shot, None)?;
+    let mut picture = paint(canvas, &shot, None)?;
     if args.film.plain {
         return Ok(picture);
     }

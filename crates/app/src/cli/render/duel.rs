@@ -5,15 +5,14 @@ use std::sync::Arc;
 use plotters::style::RGBColor;
 use sabaki::anim::Clip;
 use sabaki::maps::BakedGraph;
-use sabaki_app::film::Delay;
-use sabaki_app::play::score;
-use sabaki_draw::StageDesc;
+use sabaki_app::Painter;
+use sabaki_app::play::{clip_of, score};
 use sabaki_draw::scene::{Cut, DuelPlayback, Exchange};
 use serde_json::json;
 
-use super::{Canvas, FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, text_height};
+use super::{FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, paint, text_height};
 use crate::cli::Failure;
-use crate::cli::duel::{self, FightArgs, clip_of};
+use crate::cli::duel::{self, FightArgs};
 use crate::cli::numbers::whole;
 use crate::cli::plot::{INK, Picture};
 
@@ -54,10 +53,6 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         let what = format!("there is no exchange {} to draw", args.from);
         return Err(Failure::Usage(what));
     }
-    let desc = StageDesc {
-        meshes: outfit.as_ref().map_or(&[], |bound| &bound.outfit.meshes),
-        ..StageDesc::default()
-    };
     let is_film = is_film(&args.out.out);
     let rate = f32::from(args.film.rate);
     let moments: Vec<(&Cut, f32)> = match is_film {
@@ -74,7 +69,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
                 .collect()
         }
     };
-    let mut canvas = args.out.canvas(&desc)?;
+    let mut canvas = args.out.canvas_of(outfit.as_ref())?;
     let mut pictures = draw_all(moments, |(cut, t)| {
         picture(args, &baked, exchanges, &playback, cut, t, &mut canvas)
     })?;
@@ -82,7 +77,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     if !is_film {
         pictures = vec![on_a_sheet(&pictures, MOMENTS)];
     }
-    let delay = Delay::of_rate(args.film.rate);
+    let delay = 1.0 / f64::from(args.film.rate);
     let written = args.out.write(pictures, delay, outfit.as_ref())?;
     let values = json!({ "duel": duel::document(&baked, &fought) });
     Ok(written.with(&duel::score_line(&fought), values))
@@ -108,9 +103,9 @@ fn picture(
     playback: &DuelPlayback<'_>,
     cut: &Cut,
     t: f32,
-    canvas: &mut Canvas,
+    canvas: &mut Painter,
 ) -> Result<Picture, Failure> {
-    let mut picture = canvas.paint(&playback.shot(cut, t), None)?;
+    let mut picture = paint(canvas, &playback.shot(cut, t), None)?;
     if args.film.plain {
         return Ok(picture);
     }

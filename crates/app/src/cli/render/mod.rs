@@ -5,17 +5,14 @@ mod crowd;
 mod dodge;
 mod duel;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use sabaki::archive;
 use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory};
 use sabaki::maps::{BakedGraph, Baker};
-use sabaki::math::F32x16;
 use sabaki::query::cull::Overlap;
 use sabaki::query::{Answer, CullPath};
 use sabaki_app::Painter;
-use sabaki_app::film::{Delay, Film, FilmError, png};
+use sabaki_app::film::{Film, FilmError, png};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_fixtures::headless::Headless;
@@ -57,7 +54,7 @@ enum Scene {
 #[command(next_help_heading = "Picture")]
 struct OutArgs {
     /// File to write: a picture (.png) or a film (.gif, .apng).
-    #[arg(long, value_name = "FILE", value_parser = output::picture_file())]
+    #[arg(long, value_name = "FILE", value_parser = output::file_to_write(&["png", "gif", "apng"]))]
     out: PathBuf,
     /// Size of a picture, in pixels.
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
@@ -85,7 +82,7 @@ struct MapsArgs {
     #[command(flatten)]
     throw: dodge::ThrowArgs,
     /// File to write (.png).
-    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
+    #[arg(long, value_name = "FILE", value_parser = output::file_to_write(&["png"]))]
     out: PathBuf,
     #[command(flatten)]
     device: DeviceArgs,
@@ -163,7 +160,7 @@ fn maps(args: &MapsArgs) -> Result<Written, Failure> {
         true => "the chosen motion".to_owned(),
         false => format!("candidate {shown}: the chosen motion has no maps"),
     };
-    let written = write(&args.out, vec![picture], Delay::default())?;
+    let written = write(&args.out, vec![picture], 0.0)?;
     let candidate = json!({ "candidate": shown, "is_chosen": shown == answer.chosen });
     Ok(written
         .with(&format!("maps of {of}"), candidate)
@@ -200,26 +197,25 @@ fn maps_by_device(
 }
 
 impl OutArgs {
+    /// Creates the device and what draws characters in an outfit, or of capsules.
+    fn canvas_of(&self, outfit: Option<&BoundOutfit>) -> Result<Painter, Failure> {
+        self.canvas(&StageDesc {
+            meshes: outfit.map_or(&[], |bound| &bound.outfit.meshes),
+            ..StageDesc::default()
+        })
+    }
+
     /// Creates the device and what draws.
-    fn canvas(&self, desc: &StageDesc<'_>) -> Result<Canvas, Failure> {
-        let mut device = self.device.headless().map_err(failed)?;
-        match Painter::new(&mut device, self.size, desc) {
-            Ok(painter) => Ok(Canvas {
-                parts: Some((device, painter)),
-                size: self.size,
-            }),
-            Err(error) => {
-                culling::destroy(device);
-                Err(failed(error))
-            }
-        }
+    fn canvas(&self, desc: &StageDesc<'_>) -> Result<Painter, Failure> {
+        let device = self.device.headless().map_err(failed)?;
+        Painter::new(device, self.size, desc).map_err(failed)
     }
 
     /// Writes pictures as a film, or the only one; reports on the mesh and the file.
     fn write(
         &self,
         pictures: Vec<Picture>,
-        delay: Delay,
+        delay: f64,
         outfit: Option<&BoundOutfit>,
     ) -> Result<Written, Failure> {
         let mut written = write(&self.out, pictures, delay)?;
@@ -232,11 +228,7 @@ impl OutArgs {
 }
 
 /// Writes pictures as a film, or the only one, by the ending of the file's name.
-fn write(path: &Path, pictures: Vec<Picture>, delay: Delay) -> Result<Written, Failure> {
-    let failed = |source| Failure::Write {
-        path: path.to_owned(),
-        source,
-    };
+fn write(path: &Path, pictures: Vec<Picture>, delay: f64) -> Result<Written, Failure> {
     let count = pictures.len();
     let film = Film {
         size: pictures.first().map_or([0; 2], Picture::size),
@@ -252,9 +244,10 @@ fn write(path: &Path, pictures: Vec<Picture>, delay: Delay) -> Result<Written, F
             None => Err(FilmError::Empty),
         },
     };
-    let bytes = encoded.map_err(|error| failed(std::io::Error::other(error)))?;
+    let bytes = encoded.map_err(std::io::Error::other);
+    let bytes = bytes.map_err(Failure::file(path))?;
     cancel::check()?;
-    archive::write_atomically(path, |file| file.write_all(&bytes)).map_err(failed)?;
+    output::write_file(path, &bytes)?;
     let file = path.display().to_string();
     Ok(Written {
         text: format!(
@@ -307,39 +300,10 @@ fn on_a_sheet(pictures: &[Picture], columns: u32) -> Picture {
     sheet
 }
 
-/// The device and the painter that draw pictures.
-struct Canvas {
-    // `None` only while the canvas is dropped.
-    parts: Option<(Headless, Painter)>,
-    size: [u32; 2],
-}
-
-impl Canvas {
-    /// The memory for a crowd's poses.
-    fn poses(&mut self) -> Result<&mut [F32x16], Failure> {
-        let gone = || failed(GpuError::Unfinished);
-        let (_, painter) = self.parts.as_mut().ok_or_else(gone)?;
-        painter.poses().map_err(failed)
-    }
-
-    fn paint(&mut self, shot: &Shot, crowd: Option<&CrowdShot>) -> Result<Picture, Failure> {
-        let gone = || failed(GpuError::Unfinished);
-        let (device, painter) = self.parts.as_mut().ok_or_else(gone)?;
-        let pixels = painter.paint(device, shot, crowd).map_err(failed)?;
-        Ok(Picture::from_rgba(self.size, &pixels))
-    }
-}
-
-impl Drop for Canvas {
-    fn drop(&mut self) {
-        let Some((mut device, painter)) = self.parts.take() else {
-            return;
-        };
-        if let Err(error) = painter.destroy(&mut device) {
-            tracing::error!("{error}");
-        }
-        culling::destroy(device);
-    }
+/// Draws a picture.
+fn paint(canvas: &mut Painter, shot: &Shot, crowd: Option<&CrowdShot>) -> Result<Picture, Failure> {
+    let pixels = canvas.paint(shot, crowd).map_err(failed)?;
+    Ok(Picture::from_rgba(canvas.size(), &pixels))
 }
 
 fn failed(error: GpuError) -> Failure {
