@@ -15,88 +15,13 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, Quat};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
-use thiserror::Error;
+use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
 
-use crate::MOST_ENTRIES;
-use crate::bvh::{LARGEST_VALUE, MotionError, quoted};
-use crate::file::without_mark;
+use crate::bvh::{LARGEST_VALUE, MotionError};
+use crate::figure::clip_of_poses;
+use crate::file::{quoted, without_mark};
 use crate::motion_file::AMC_RATES;
-
-/// An error in an ASF or AMC file, with its line.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("line {line}: {problem}")]
-pub struct AsfError {
-    /// Line number, from 1.
-    pub line: usize,
-    /// Kind of error.
-    pub problem: AsfProblem,
-}
-
-/// Kind of error in an ASF or AMC file.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum AsfProblem {
-    /// The file is not text.
-    #[error("not a text file")]
-    NotText,
-    /// An unexpected word.
-    #[error("expected {expected}, found {found}")]
-    Expected {
-        /// Description of what is expected.
-        expected: &'static str,
-        /// The word that was found, quoted and shortened.
-        found: String,
-    },
-    /// The file lacks a required section.
-    #[error("the file has no {0}")]
-    Missing(&'static str),
-    /// The skeleton has no bone of this name.
-    #[error("there is no bone \"{0}\"")]
-    NoBone(String),
-    /// A property or a bone is defined twice.
-    #[error("\"{0}\" stands here a second time")]
-    Twice(String),
-    /// A bone is not connected to the root.
-    #[error("bone \"{0}\" does not hang on the root")]
-    Loose(String),
-    /// The skeleton has more joints than the maximum.
-    #[error("more than {max} joints", max = sabaki::anim::Skeleton::MAX_JOINTS)]
-    TooManyJoints,
-    /// A bone has a degree of freedom that is not supported.
-    #[error(
-        "bone \"{bone}\" has the degree of freedom \"{found}\"; only rx, ry, rz, tx, ty and tz are read"
-    )]
-    Freedom {
-        /// Name of the bone.
-        bone: String,
-        /// The degree of freedom, as in the file.
-        found: String,
-    },
-    /// A frame has the wrong number of values for a bone.
-    #[error("frame {frame}: {found} numbers for \"{bone}\", which has {expected}")]
-    Values {
-        /// Frame number, from 1.
-        frame: usize,
-        /// Name of the bone.
-        bone: String,
-        /// Number of values that were found.
-        found: usize,
-        /// Number of values that are expected.
-        expected: usize,
-    },
-    /// The motion has more than [`MOST_ENTRIES`] frames times bones.
-    #[error(
-        "more frames of {bones} bones than {MOST_ENTRIES} rotations in all, which are the most"
-    )]
-    TooManyFrames {
-        /// Number of bones of the skeleton.
-        bones: usize,
-    },
-    /// The bones do not form a valid skeleton.
-    #[error(transparent)]
-    Skeleton(#[from] SkeletonError),
-}
+use crate::{MOST_ENTRIES, TextError};
 
 /// A line that is neither empty nor a comment.
 #[derive(Clone, Copy, Debug)]
@@ -107,14 +32,12 @@ struct Line<'a> {
 }
 
 /// Lines of a file that are neither empty nor comments.
-fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = Line<'_>>, AsfError> {
+fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = Line<'_>>, TextError> {
     let bytes = without_mark(bytes);
-    let text = std::str::from_utf8(bytes).map_err(|error| AsfError {
-        line: 1 + bytes[..error.valid_up_to()]
-            .iter()
-            .filter(|&&byte| byte == b'\n')
-            .count(),
-        problem: AsfProblem::NotText,
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let before = &bytes[..error.valid_up_to()];
+        let number = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        Line { number, text: "" }.error("not a text file")
     })?;
     // A line ends with LF or CR LF; of old files, with CR.
     let of_lf = text.split('\n');
@@ -135,20 +58,33 @@ impl<'a> Line<'a> {
         self.words().next().unwrap_or("")
     }
 
-    fn error(&self, problem: AsfProblem) -> AsfError {
-        AsfError {
+    fn error(&self, message: impl Into<String>) -> TextError {
+        TextError {
             line: self.number,
-            problem,
+            column: None,
+            message: message.into(),
         }
     }
 
-    fn expected(&self, expected: &'static str, found: Option<&str>) -> AsfError {
+    fn expected(&self, expected: &str, found: Option<&str>) -> TextError {
         let found = found.map_or_else(|| "the line's end".to_owned(), quoted);
-        self.error(AsfProblem::Expected { expected, found })
+        self.error(format!("expected {expected}, found {found}"))
+    }
+
+    fn missing(&self, what: &str) -> TextError {
+        self.error(format!("the file has no {what}"))
+    }
+
+    fn twice(&self, what: &str) -> TextError {
+        self.error(format!("\"{what}\" stands here a second time"))
+    }
+
+    fn no_bone(&self, name: &str) -> TextError {
+        self.error(format!("there is no bone \"{name}\""))
     }
 
     /// Parses a word as a number.
-    fn number(&self, word: Option<&str>) -> Result<f64, AsfError> {
+    fn number(&self, word: Option<&str>) -> Result<f64, TextError> {
         let number = word.and_then(|word| word.parse().ok());
         number
             .filter(|number: &f64| number.abs() <= LARGEST_VALUE)
@@ -156,7 +92,7 @@ impl<'a> Line<'a> {
     }
 
     /// Parses the three numbers after the first word.
-    fn vector(&self) -> Result<DVec3, AsfError> {
+    fn vector(&self) -> Result<DVec3, TextError> {
         let mut words = self.words().skip(1);
         let mut next = || self.number(words.next());
         Ok(DVec3::new(next()?, next()?, next()?))
@@ -201,29 +137,31 @@ impl AsfFile {
     ///
     /// # Errors
     /// The first error, with its line.
-    pub fn parse(bytes: &[u8]) -> Result<Self, AsfError> {
+    pub fn parse(bytes: &[u8]) -> Result<Self, TextError> {
+        let root = Part {
+            name: "root".to_owned(),
+            ..Part::default()
+        };
         let mut reader = AsfReader {
             degrees: true,
-            root: Part {
-                name: "root".to_owned(),
-                ..Part::default()
-            },
-            bones: Vec::new(),
+            parts: vec![root],
             hierarchy: Vec::new(),
-            open: None,
+            is_open: false,
         };
-        let (mut section, mut last) = ("", None);
+        let (mut section, mut end) = (
+            String::new(),
+            Line {
+                number: 1,
+                text: "",
+            },
+        );
         for line in lines(bytes)? {
             match line.first().strip_prefix(':') {
-                Some(name) => section = name,
-                None => reader.line(section, line)?,
+                Some(name) => section = name.to_ascii_lowercase(),
+                None => reader.line(&section, line)?,
             }
-            last = Some(line);
+            end = line;
         }
-        let end = last.ok_or(AsfError {
-            line: 1,
-            problem: AsfProblem::Missing(":root"),
-        })?;
         reader.finish(end)
     }
 
@@ -248,13 +186,8 @@ impl AsfFile {
         for parent in self.bones.iter().filter_map(|bone| bone.parent) {
             is_leaf[parent] = false;
         }
-        for (index, bone) in self
-            .bones
-            .iter()
-            .enumerate()
-            .skip(1)
-            .filter(|(i, _)| is_leaf[*i])
-        {
+        let leaves = self.bones.iter().enumerate().skip(1);
+        for (index, bone) in leaves.filter(|(index, _)| is_leaf[*index]) {
             joints.push(Joint {
                 name: format!("{}_End", bone.name),
                 parent: Some(JointId(index as u16)),
@@ -272,168 +205,139 @@ struct Part {
     name: String,
     direction: DVec3,
     length: f64,
-    /// Rotations of the axes, the first one applied first.
-    axis: Option<(DVec3, [usize; 3])>,
+    /// Rotations of the axes, and their order, the first one applied first.
+    angles: DVec3,
+    axis: Option<[usize; 3]>,
     freedoms: Vec<Freedom>,
     position: DVec3,
-    orientation: DVec3,
 }
 
 /// State of the parser.
 struct AsfReader<'a> {
     degrees: bool,
-    root: Part,
-    bones: Vec<Part>,
+    /// The root, and the bones in the order of the file.
+    parts: Vec<Part>,
     /// Child, parent and their line in the file.
     hierarchy: Vec<(&'a str, &'a str, Line<'a>)>,
-    open: Option<Part>,
+    /// Whether the last bone has no end yet.
+    is_open: bool,
 }
 
 impl<'a> AsfReader<'a> {
-    fn line(&mut self, section: &str, line: Line<'a>) -> Result<(), AsfError> {
-        match section.to_ascii_lowercase().as_str() {
-            "units" => self.unit(line),
-            "root" => self.of_root(line),
-            "bonedata" => self.of_bone(line),
-            "hierarchy" => self.of_hierarchy(line),
+    fn line(&mut self, section: &str, line: Line<'a>) -> Result<(), TextError> {
+        let word = line.first().to_ascii_lowercase();
+        let root = &mut self.parts[0];
+        match (section, word.as_str()) {
+            ("units", "angle") => {
+                let unit = line.words().nth(1);
+                self.degrees = match unit.map(str::to_ascii_lowercase).as_deref() {
+                    Some("deg") => true,
+                    Some("rad") => false,
+                    _ => return Err(line.expected("deg or rad", unit)),
+                };
+            }
+            ("root", "order") => root.freedoms = freedoms(line, "root")?,
+            ("root", "axis") => root.axis = Some(order(line, line.words().nth(1))?),
+            ("root", "position") => root.position = line.vector()?,
+            ("root", "orientation") => root.angles = line.vector()?,
+            ("bonedata", _) => self.bone(&word, line)?,
+            ("hierarchy", word) if !["begin", "end"].contains(&word) => {
+                let children = line.words().skip(1);
+                self.hierarchy
+                    .extend(children.map(|child| (child, line.first(), line)));
+            }
             // Names, documentation and meshes are ignored.
-            _ => Ok(()),
-        }
-    }
-
-    fn unit(&mut self, line: Line<'_>) -> Result<(), AsfError> {
-        let mut words = line.words();
-        if words
-            .next()
-            .is_some_and(|word| word.eq_ignore_ascii_case("angle"))
-        {
-            self.degrees = match words.next() {
-                Some(word) if word.eq_ignore_ascii_case("deg") => true,
-                Some(word) if word.eq_ignore_ascii_case("rad") => false,
-                found => return Err(line.expected("deg or rad", found)),
-            };
-        }
-        Ok(())
-    }
-
-    fn of_root(&mut self, line: Line<'_>) -> Result<(), AsfError> {
-        match line.first().to_ascii_lowercase().as_str() {
-            "order" => self.root.freedoms = freedoms(line, "root")?,
-            "axis" => self.root.axis = Some((DVec3::ZERO, order(line, line.words().nth(1))?)),
-            "position" => self.root.position = line.vector()?,
-            "orientation" => self.root.orientation = line.vector()?,
             _ => {}
         }
         Ok(())
     }
 
-    fn of_bone(&mut self, line: Line<'_>) -> Result<(), AsfError> {
-        let word = line.first().to_ascii_lowercase();
-        let Some(bone) = &mut self.open else {
-            return match word.as_str() {
-                "begin" => {
-                    self.open = Some(Part::default());
-                    Ok(())
-                }
-                _ => Err(line.expected("begin", Some(line.first()))),
-            };
+    fn bone(&mut self, word: &str, line: Line<'_>) -> Result<(), TextError> {
+        let (count, bone) = (self.parts.len(), self.parts.last_mut());
+        let Some(bone) = bone.filter(|_| self.is_open) else {
+            if word != "begin" {
+                return Err(line.expected("begin", Some(line.first())));
+            }
+            self.is_open = true;
+            self.parts.push(Part::default());
+            return Ok(());
         };
-        match word.as_str() {
+        match word {
             "name" => match line.words().nth(1) {
                 Some(name) => name.clone_into(&mut bone.name),
                 None => return Err(line.expected("a name", None)),
             },
             "direction" => bone.direction = line.vector()?,
             "length" => bone.length = line.number(line.words().nth(1))?,
-            "axis" => bone.axis = Some((line.vector()?, order(line, line.words().nth(4))?)),
+            "axis" => {
+                bone.angles = line.vector()?;
+                bone.axis = Some(order(line, line.words().nth(4))?);
+            }
             "dof" => bone.freedoms = freedoms(line, &bone.name)?,
-            "end" => return self.close(line),
+            "end" if bone.name.is_empty() => {
+                return Err(line.missing("name of the bone that ends here"));
+            }
+            "end" if count > Skeleton::MAX_JOINTS => {
+                return Err(line.error(format!("more than {} joints", Skeleton::MAX_JOINTS)));
+            }
+            "end" => self.is_open = false,
             // The bone's number is ignored, and so are limits, which motions respect anyway.
             _ => {}
         }
         Ok(())
     }
 
-    fn close(&mut self, line: Line<'_>) -> Result<(), AsfError> {
-        let Some(bone) = self.open.take() else {
-            return Ok(());
-        };
-        if bone.name.is_empty() {
-            return Err(line.error(AsfProblem::Missing("name of the bone that ends here")));
+    fn finish(self, end: Line<'_>) -> Result<AsfFile, TextError> {
+        let parts = &self.parts;
+        if self.is_open {
+            return Err(end.missing("end of its last bone"));
         }
-        if self.bones.len() + 1 >= Skeleton::MAX_JOINTS {
-            return Err(line.error(AsfProblem::TooManyJoints));
+        if parts[0].freedoms.is_empty() {
+            return Err(end.missing("order of the root"));
         }
-        self.bones.push(bone);
-        Ok(())
-    }
-
-    fn of_hierarchy(&mut self, line: Line<'a>) -> Result<(), AsfError> {
-        let mut words = line.words();
-        let parent = words.next().unwrap_or("");
-        if !["begin", "end"].contains(&parent) {
-            self.hierarchy
-                .extend(words.map(|child| (child, parent, line)));
-        }
-        Ok(())
-    }
-
-    fn finish(self, end: Line<'_>) -> Result<AsfFile, AsfError> {
-        if self.open.is_some() {
-            return Err(end.error(AsfProblem::Missing("end of its last bone")));
-        }
-        if self.root.freedoms.is_empty() {
-            return Err(end.error(AsfProblem::Missing("order of the root")));
-        }
-        let mut numbers = HashMap::from([("root", 0usize)]);
-        for (part, index) in self.bones.iter().zip(1..) {
+        let mut numbers = HashMap::new();
+        for (index, part) in parts.iter().enumerate() {
             if numbers.insert(part.name.as_str(), index).is_some() {
-                return Err(end.error(AsfProblem::Twice(part.name.clone())));
+                return Err(end.twice(&part.name));
             }
         }
-        let mut parents = vec![None; self.bones.len() + 1];
+        let mut parents = vec![None; parts.len()];
         for &(child, parent, line) in &self.hierarchy {
-            let find = |name: &str| {
-                let found = numbers.get(name).copied();
-                found.ok_or_else(|| line.error(AsfProblem::NoBone(name.to_owned())))
-            };
-            let (child_index, parent) = (find(child)?, find(parent)?);
-            if child_index == 0 || parents[child_index].replace(parent).is_some() {
-                return Err(line.error(AsfProblem::Twice(child.to_owned())));
+            let find = |name: &str| numbers.get(name).ok_or_else(|| line.no_bone(name));
+            let (&index, &parent) = (find(child)?, find(parent)?);
+            if index == 0 || parents[index].replace(parent).is_some() {
+                return Err(line.twice(child));
             }
         }
         let order = breadth_first(&parents);
-        if let Some(loose) = (1..parents.len()).find(|index| !order.contains(index)) {
-            let name = self.bones[loose - 1].name.clone();
-            return Err(end.error(AsfProblem::Loose(name)));
-        }
-        let mut places = vec![0; parents.len()];
+        let mut places = vec![None; parents.len()];
         for (place, &index) in order.iter().enumerate() {
-            places[index] = place;
+            places[index] = Some(place);
         }
-        let all: Vec<&Part> = std::iter::once(&self.root).chain(&self.bones).collect();
+        if let Some(loose) = places.iter().position(Option::is_none) {
+            let name = &parts[loose].name;
+            return Err(end.error(format!("bone \"{name}\" does not hang on the root")));
+        }
         let bone = |&index: &usize| {
-            let part = all[index];
-            let (angles, order) = part.axis.unwrap_or((DVec3::ZERO, [0, 1, 2]));
-            let angles = if index == 0 { part.orientation } else { angles };
+            let part = &parts[index];
+            let axes = part.axis.unwrap_or([0, 1, 2]).into_iter();
+            let turns = axes.map(|axis| turn(axis, part.angles[axis], self.degrees));
             Bone {
                 name: part.name.clone(),
-                parent: parents[index].map(|parent: usize| places[parent]),
+                parent: parents[index].and_then(|parent: usize| places[parent]),
                 along: part.direction.normalize_or_zero() * part.length,
-                axes: order.iter().fold(DQuat::IDENTITY, |so_far, &axis| {
-                    turn(axis, angles[axis], self.degrees) * so_far
-                }),
+                axes: turns.fold(DQuat::IDENTITY, |so_far, turn| turn * so_far),
                 freedoms: part.freedoms.clone(),
             }
         };
         let file = AsfFile {
             bones: order.iter().map(bone).collect(),
             degrees: self.degrees,
-            position: self.root.position,
+            position: parts[0].position,
         };
         match file.skeleton(1.0) {
             Ok(_) => Ok(file),
-            Err(error) => Err(end.error(error.into())),
+            Err(error) => Err(end.error(error.to_string())),
         }
     }
 }
@@ -463,7 +367,7 @@ fn turn(axis: usize, angle: f64, degrees: bool) -> DQuat {
 }
 
 /// Parses an order of axes, for example `XYZ`.
-fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], AsfError> {
+fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], TextError> {
     let axis = |letter: u8| {
         b"XYZ"
             .iter()
@@ -477,7 +381,7 @@ fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], AsfError> {
 }
 
 /// Parses the words after `dof` or `order`.
-fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, AsfError> {
+fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, TextError> {
     let mut found = Vec::new();
     for word in line.words().skip(1) {
         let freedom = match word.to_ascii_lowercase().as_str() {
@@ -488,12 +392,13 @@ fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, AsfError> {
             "ty" => Freedom::Shift(1),
             "tz" => Freedom::Shift(2),
             _ => {
-                let (bone, found) = (bone.to_owned(), word.to_owned());
-                return Err(line.error(AsfProblem::Freedom { bone, found }));
+                return Err(line.error(format!(
+                    "bone \"{bone}\" has the degree of freedom \"{word}\"; only rx, ry, rz, tx, ty and tz are read"
+                )));
             }
         };
         if found.contains(&freedom) {
-            return Err(line.error(AsfProblem::Twice(word.to_owned())));
+            return Err(line.twice(word));
         }
         found.push(freedom);
     }
@@ -521,7 +426,7 @@ impl AmcFile {
     ///
     /// # Errors
     /// The first error, with its line.
-    pub fn parse(skeleton: &AsfFile, bytes: &[u8]) -> Result<Self, AsfError> {
+    pub fn parse(skeleton: &AsfFile, bytes: &[u8]) -> Result<Self, TextError> {
         let mut firsts = HashMap::new();
         let mut channels = 0;
         for (index, bone) in skeleton.bones.iter().enumerate() {
@@ -545,19 +450,17 @@ impl AmcFile {
             held: None,
             skipped: None,
         };
-        let mut last = None;
+        let mut end = Line {
+            number: 1,
+            text: "",
+        };
         for line in lines(bytes)? {
             reader.line(line)?;
-            last = Some(line);
+            end = line;
         }
-        let missing = AsfProblem::Missing("frames");
-        let end = last.ok_or(AsfError {
-            line: 1,
-            problem: missing.clone(),
-        })?;
         reader.end_frame();
         if reader.frames == 0 {
-            return Err(end.error(missing));
+            return Err(end.missing("frames"));
         }
         let mut file = reader.file;
         file.notes.extend(reader.held.map(|(bone, frame, count)| {
@@ -636,27 +539,16 @@ impl AmcFile {
     ) -> Result<(Skeleton, Clip), MotionError> {
         let skeleton = file.skeleton(metres_per_unit)?;
         MotionError::check_entries(self.frames(), skeleton.len())?;
-        let mut desc = ClipDesc {
-            name: name.to_owned(),
-            frame_rate,
-            roots: Vec::with_capacity(self.frames()),
-            rotations: Vec::with_capacity(self.frames() * skeleton.len()),
-            translations: Vec::new(),
-        };
-        let mut pose = Pose::default();
-        for frame in 0..self.frames() {
-            self.pose(file, frame, metres_per_unit, &mut pose);
-            desc.roots.push(pose.root);
+        let pose = |frame, pose: &mut Pose| {
+            self.pose(file, frame, metres_per_unit, pose);
             // End sites come last.
             pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
-            desc.rotations.append(&mut pose.rotations);
             if !pose.translations.is_empty() {
                 let ends = skeleton.joints().iter().skip(pose.translations.len());
                 pose.translations.extend(ends.map(|joint| joint.offset));
-                desc.translations.append(&mut pose.translations);
             }
-        }
-        let clip = Clip::new(&skeleton, desc)?;
+        };
+        let clip = clip_of_poses(&skeleton, name, frame_rate, self.frames(), pose)?;
         Ok((skeleton, clip))
     }
 }
@@ -681,73 +573,68 @@ struct AmcReader<'a> {
 }
 
 impl AmcReader<'_> {
-    fn line(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+    fn line(&mut self, line: Line<'_>) -> Result<(), TextError> {
         let first = line.first();
-        if let Some(keyword) = first.strip_prefix(':') {
-            match keyword.to_ascii_lowercase().as_str() {
-                "degrees" => self.file.degrees = true,
-                "radians" => self.file.degrees = false,
-                "samples-per-second" => {
-                    let rate = line.number(line.words().nth(1))?;
-                    let possible = AMC_RATES.contains(&rate);
-                    let expected = || line.expected("a frame rate", line.words().nth(1));
-                    self.file.rate = Some(possible.then_some(rate).ok_or_else(expected)?);
-                }
-                _ => {}
+        match first.to_ascii_lowercase().as_str() {
+            ":degrees" => self.file.degrees = true,
+            ":radians" => self.file.degrees = false,
+            ":samples-per-second" => {
+                let word = line.words().nth(1);
+                let rate = Some(line.number(word)?).filter(|rate| AMC_RATES.contains(rate));
+                let expected = || line.expected("a frame rate", word);
+                self.file.rate = Some(rate.ok_or_else(expected)?);
             }
-            return Ok(());
+            keyword if keyword.starts_with(':') => {}
+            number if number.bytes().all(|byte| byte.is_ascii_digit()) => {
+                self.end_frame();
+                let number = first.parse().unwrap_or(0usize);
+                let missing = match self.frames {
+                    0 => 0,
+                    _ => number.saturating_sub(self.number.saturating_add(1)),
+                };
+                self.begin_frame(missing, line)?;
+                self.number = number;
+            }
+            _ if self.frames == 0 => {
+                return Err(line.expected("the number of a frame", Some(first)));
+            }
+            _ => self.values(line)?,
         }
-        if first.bytes().all(|byte| byte.is_ascii_digit()) {
-            self.end_frame();
-            let number = first.parse().unwrap_or(0usize);
-            let missing = match self.frames {
-                0 => 0,
-                _ => number.saturating_sub(self.number.saturating_add(1)),
-            };
-            self.begin_frame(missing, line)?;
-            self.number = number;
-            return Ok(());
-        }
-        if self.frames == 0 {
-            return Err(line.expected("the number of a frame", Some(first)));
-        }
-        self.values(line)
+        Ok(())
     }
 
-    fn values(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+    fn values(&mut self, line: Line<'_>) -> Result<(), TextError> {
         let name = line.first();
         let Some(&(index, first)) = self.firsts.get(name) else {
-            return Err(line.error(AsfProblem::NoBone(name.to_owned())));
+            return Err(line.no_bone(name));
         };
         if std::mem::replace(&mut self.seen[index], true) {
-            return Err(line.error(AsfProblem::Twice(name.to_owned())));
+            return Err(line.twice(name));
         }
         let expected = self.bones[index].freedoms.len();
         let found = line.words().count() - 1;
         if found != expected {
-            return Err(line.error(AsfProblem::Values {
-                frame: self.frames,
-                bone: name.to_owned(),
-                found,
-                expected,
-            }));
+            let frame = self.frames;
+            return Err(line.error(format!(
+                "frame {frame}: {found} numbers for \"{name}\", which has {expected}"
+            )));
         }
         let frame = self.file.values.len() - self.file.channels + first;
-        for (value, word) in self.file.values[frame..]
-            .iter_mut()
-            .zip(line.words().skip(1))
-        {
+        let values = self.file.values[frame..].iter_mut();
+        for (value, word) in values.zip(line.words().skip(1)) {
             *value = line.number(Some(word))?;
         }
         Ok(())
     }
 
     /// Adds the values of a frame, and before it those of frames that are missing. All of them begin with the values of the frame before.
-    fn begin_frame(&mut self, missing: usize, line: Line<'_>) -> Result<(), AsfError> {
+    fn begin_frame(&mut self, missing: usize, line: Line<'_>) -> Result<(), TextError> {
         let frames = self.frames.saturating_add(missing).saturating_add(1);
         if (frames as u64).saturating_mul(self.bones.len() as u64) > MOST_ENTRIES {
             let bones = self.bones.len();
-            return Err(line.error(AsfProblem::TooManyFrames { bones }));
+            return Err(line.error(format!(
+                "more frames of {bones} bones than {MOST_ENTRIES} rotations in all, which are the most"
+            )));
         }
         if missing > 0 {
             self.skipped.get_or_insert((self.number, 0)).1 += missing;
@@ -775,10 +662,9 @@ impl AmcReader<'_> {
         if missing == 0 {
             return;
         }
-        let whole = if self.file.degrees {
-            360.0
-        } else {
-            std::f64::consts::TAU
+        let whole = match self.file.degrees {
+            true => 360.0,
+            false => std::f64::consts::TAU,
         };
         let freedoms = self.bones.iter().flat_map(|bone| &bone.freedoms);
         let last = self.file.values.len() - channels;

@@ -6,8 +6,8 @@ use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
 
-use crate::ReadError;
-use crate::file::{JsonError, parse_json, read_bytes};
+use crate::file::{parse_json, read_bytes};
+use crate::{ReadError, TextError};
 use sabaki::maps::SphereKey;
 use sabaki::query::{Attack, AttackError};
 
@@ -16,7 +16,7 @@ use sabaki::query::{Attack, AttackError};
 pub enum AttacksError {
     /// The text is not a valid attack file.
     #[error(transparent)]
-    Json(#[from] JsonError),
+    Json(#[from] TextError),
     /// The file has no attack.
     #[error("the file holds no attack")]
     NoAttack,

@@ -8,8 +8,9 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::ReadError;
-use crate::file::{JsonError, parse_json, read_bytes};
+use crate::events::several_joints;
+use crate::file::{parse_json, read_bytes};
+use crate::{ReadError, TextError};
 use sabaki::anim::Skeleton;
 use sabaki::archive::write_atomically;
 use sabaki::lod::Masses;
@@ -20,72 +21,33 @@ use sabaki::maps::{Body, BodySphere};
 pub enum BodyFileError {
     /// The text is not a valid body file.
     #[error(transparent)]
-    Json(#[from] JsonError),
+    Json(#[from] TextError),
     /// The file has no sphere.
     #[error("the file holds no sphere")]
     NoSphere,
-    /// A field is missing.
-    #[error("sphere {sphere}{}: no {field}", of(joint))]
-    Missing {
+    /// A sphere is not possible, or the skeleton does not have its joint.
+    #[error("sphere {sphere} (joint \"{joint}\"): {problem}")]
+    Sphere {
         /// Index of the sphere.
         sphere: usize,
-        /// Name of the sphere's joint, or empty if it has none.
+        /// Name of its joint, as written.
         joint: String,
-        /// Name of the field.
-        field: &'static str,
+        /// Description of the problem.
+        problem: String,
     },
-    /// A field has an invalid value.
-    #[error("sphere {sphere}{}: {field} is {found}; {wanted}", of(joint))]
-    Field {
-        /// Index of the sphere.
-        sphere: usize,
-        /// Name of its joint.
-        joint: String,
-        /// Name of the field.
-        field: &'static str,
-        /// Description of the value.
-        found: String,
-        /// Description of valid values.
-        wanted: String,
-    },
-    /// Several joints of the clips' file have that name.
-    #[error(
-        "sphere {sphere}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
-    )]
-    Ambiguous {
-        /// Index of the sphere.
-        sphere: usize,
-        /// Name of the joint, as written.
-        joint: String,
-    },
-    /// The skeleton has no joint of this name.
-    #[error("sphere {sphere}: the skeleton has no joint \"{joint}\"")]
-    UnknownJoint {
-        /// Index of the sphere.
-        sphere: usize,
-        /// Name of the joint.
-        joint: String,
-    },
-}
-
-fn of(joint: &str) -> String {
-    match joint {
-        "" => String::new(),
-        joint => format!(" (joint \"{joint}\")"),
-    }
 }
 
 /// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`,
 /// in metres, in the joint's frame. The object may also be under the key `body`, as in files that
 /// [`super::export`] writes. Unknown keys are ignored.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BodyFile {
     /// Spheres, in the order of the file.
     pub spheres: Vec<BodyEntry>,
 }
 
 /// One sphere.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BodyEntry {
     /// Name of the joint whose frame it moves with.
     pub joint: String,
@@ -95,23 +57,11 @@ pub struct BodyEntry {
     pub radius: f32,
 }
 
-/// The file before it is checked, so that errors about missing fields can name the sphere.
+/// The spheres of a file, which may be an exported answer.
 #[derive(Deserialize)]
-struct RawFile {
-    spheres: Option<Vec<RawEntry>>,
-    body: Option<RawBody>,
-}
-
-#[derive(Deserialize)]
-struct RawBody {
-    spheres: Vec<RawEntry>,
-}
-
-#[derive(Deserialize)]
-struct RawEntry {
-    joint: Option<String>,
-    offset: Option<Vec<f64>>,
-    radius: Option<f64>,
+struct Stored {
+    spheres: Option<Vec<BodyEntry>>,
+    body: Option<BodyFile>,
 }
 
 impl BodyFile {
@@ -120,16 +70,24 @@ impl BodyFile {
     /// # Errors
     /// The first error, with line and column, or with the sphere, its joint and the field.
     pub fn parse(text: &[u8]) -> Result<Self, BodyFileError> {
-        let raw: RawFile = parse_json(text)?;
-        let spheres = raw.spheres.or(raw.body.map(|body| body.spheres));
+        let Stored { spheres, body } = parse_json(text)?;
+        let spheres = spheres.or(body.map(|body| body.spheres));
         let spheres = spheres.unwrap_or_default();
         if spheres.is_empty() {
             return Err(BodyFileError::NoSphere);
         }
-        let entries = spheres.into_iter().enumerate();
-        let spheres = entries
-            .map(|(index, raw)| raw.check(index))
-            .collect::<Result<_, BodyFileError>>()?;
+        for (index, entry) in spheres.iter().enumerate() {
+            let (offset, radius, furthest) = (entry.offset, entry.radius, Skeleton::FURTHEST);
+            if !Skeleton::is_near(offset) {
+                let problem = format!("offset is {offset}; it must lie within {furthest} m");
+                return Err(entry.wrong(index, problem));
+            }
+            if !(radius > 0.0 && radius <= furthest) {
+                let problem =
+                    format!("radius is {radius}; it must be above 0 and at most {furthest} m");
+                return Err(entry.wrong(index, problem));
+            }
+        }
         Ok(Self { spheres })
     }
 
@@ -160,23 +118,15 @@ impl BodyFile {
     /// The first joint that the skeleton does not have.
     pub fn resolve(&self, skeleton: &Skeleton) -> Result<Body, BodyFileError> {
         let sphere = |(sphere, entry): (usize, &BodyEntry)| -> Result<_, BodyFileError> {
-            let unknown = || BodyFileError::UnknownJoint {
-                sphere,
-                joint: entry.joint.clone(),
-            };
+            let unknown = || entry.wrong(sphere, "the skeleton has no such joint".to_owned());
             Ok(BodySphere {
                 joint: skeleton.find(&entry.joint).ok_or_else(unknown)?,
                 offset: entry.offset,
                 radius: entry.radius,
             })
         };
-        let spheres = self
-            .spheres
-            .iter()
-            .enumerate()
-            .map(sphere)
-            .collect::<Result<_, BodyFileError>>()?;
-        Ok(Body::new(spheres))
+        let spheres = self.spheres.iter().enumerate().map(sphere);
+        Ok(Body::new(spheres.collect::<Result<_, _>>()?))
     }
 
     /// Refuses joints by names that several joints have ([`ClipSet::repeated_names`](super::ClipSet)).
@@ -187,10 +137,10 @@ impl BodyFile {
         let joint = |entry: &BodyEntry| repeated.contains(&entry.joint);
         match self.spheres.iter().position(joint) {
             None => Ok(()),
-            Some(sphere) => Err(BodyFileError::Ambiguous {
-                sphere,
-                joint: self.spheres[sphere].joint.clone(),
-            }),
+            Some(sphere) => {
+                let entry = &self.spheres[sphere];
+                Err(entry.wrong(sphere, several_joints(&entry.joint)))
+            }
         }
     }
 
@@ -206,50 +156,14 @@ impl BodyFile {
     }
 }
 
-impl RawEntry {
-    fn check(self, sphere: usize) -> Result<BodyEntry, BodyFileError> {
-        let joint = self.joint.unwrap_or_default();
-        let missing = |field| BodyFileError::Missing {
+impl BodyEntry {
+    fn wrong(&self, sphere: usize, problem: String) -> BodyFileError {
+        let joint = self.joint.clone();
+        BodyFileError::Sphere {
             sphere,
-            joint: joint.clone(),
-            field,
-        };
-        let wrong = |field, found: String, wanted: String| BodyFileError::Field {
-            sphere,
-            joint: joint.clone(),
-            field,
-            found,
-            wanted,
-        };
-        if joint.is_empty() {
-            return Err(missing("joint"));
-        }
-        let offset = self.offset.ok_or_else(|| missing("offset"))?;
-        let radius = self.radius.ok_or_else(|| missing("radius"))?;
-        let [x, y, z] = offset[..] else {
-            let found = format!("a list of {}", offset.len());
-            return Err(wrong(
-                "offset",
-                found,
-                "three numbers are wanted".to_owned(),
-            ));
-        };
-        let place = Vec3::new(x as f32, y as f32, z as f32);
-        let furthest = Skeleton::FURTHEST;
-        if !Skeleton::is_near(place) {
-            let wanted = format!("it must lie within {furthest} m");
-            return Err(wrong("offset", format!("[{x}, {y}, {z}]"), wanted));
-        }
-        let metres = radius as f32;
-        if !(metres > 0.0 && metres <= furthest) {
-            let wanted = format!("it must be above 0 and at most {furthest} m");
-            return Err(wrong("radius", radius.to_string(), wanted));
-        }
-        Ok(BodyEntry {
             joint,
-            offset: place,
-            radius: metres,
-        })
+            problem,
+        }
     }
 }
 
@@ -258,7 +172,7 @@ impl RawEntry {
 pub enum MassFileError {
     /// The text is not a valid file of masses.
     #[error(transparent)]
-    Json(#[from] JsonError),
+    Json(#[from] TextError),
     /// The skeleton has no such joint.
     #[error("the skeleton has no joint \"{0}\"")]
     UnknownJoint(String),

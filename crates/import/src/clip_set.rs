@@ -1,12 +1,10 @@
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::bvh::MotionError;
-use crate::error::shortened;
+use crate::error::{FileError, shortened};
 use crate::figure::{describe, settle_bones, settle_sides, stand_on_ground};
 use crate::file::clip_name;
 use crate::motion_file::{MotionFile, check_options, doubtful_stature, is_motion_file, turned};
-use crate::retarget::{Obstacle, Retargeted};
 use crate::units::Stance;
 use crate::{
     ClipEvents, EventsFile, LoadedClip, ReadError, ReadOptions, STATURE_FACTOR, Scale, ScaleSource,
@@ -66,38 +64,19 @@ pub fn read_clips(
         true => largest_group(&loaded),
         false => loaded.first().map(|first| &first.motion.skeleton),
     };
-    let used = used.cloned();
-    let is_used = |one: &Loaded<'_>| {
-        used.as_ref()
-            .is_some_and(|used| used.differences(&one.motion.skeleton).is_empty())
+    let (loaded, others) = match used.cloned() {
+        Some(used) => on_skeleton(loaded, &used, &files, options.retarget),
+        None => (loaded, Vec::new()),
     };
-    let first_path = loaded
-        .iter()
-        .find(|one| is_used(one))
-        .map(|first| first.path);
-    let loaded = match (&used, first_path) {
-        (Some(used), Some(first)) if options.retarget => {
-            let (kept, others) = retarget_others(loaded, used, first);
-            failed.extend(others);
-            kept
-        }
-        (Some(used), Some(first)) => {
-            let (loaded, others): (Vec<_>, Vec<_>) = loaded.into_iter().partition(is_used);
-            failed.extend(others.iter().map(|other| other.differs(used, first)));
-            loaded
-        }
-        _ => loaded,
-    };
-    let labels = events.map_or_else(|| Ok(EventsFile::default()), EventsFile::read);
-    let (loaded, others) = resolve_own(loaded, labels.as_ref().ok());
     failed.extend(others);
-    failed.sort_by_key(|failed| failed.file);
-    failed.dedup_by_key(|failed| failed.file);
-    let names: Vec<String> = failed
-        .iter()
-        .map(|failed| clip_name(&files[failed.file]))
-        .collect();
-    let mut errors: Vec<ReadError> = failed.into_iter().map(|failed| failed.error).collect();
+    let labels = events.map_or_else(|| Ok(EventsFile::default()), EventsFile::read);
+    let (loaded, others) = resolve_own(loaded, &files, labels.as_ref().ok());
+    failed.extend(others);
+    failed.sort_by_key(|&(file, _)| file);
+    failed.dedup_by_key(|&mut (file, _)| file);
+    let names = failed.iter().map(|&(file, _)| clip_name(&files[file]));
+    let names: Vec<String> = names.collect();
+    let mut errors: Vec<ReadError> = failed.into_iter().map(|(_, error)| error).collect();
     let goes_on = options.keep_going && !loaded.is_empty();
     if !goes_on && !errors.is_empty() {
         return Err(match errors.len() {
@@ -109,21 +88,16 @@ pub fn read_clips(
         });
     }
     let mut labels = labels?;
-    let mut loaded = loaded.into_iter().peekable();
-    let Some(Loaded {
-        path: first_path,
-        motion: first,
-        ..
-    }) = loaded.peek()
-    else {
+    let Some(Loaded { file, motion, .. }) = loaded.first() else {
         return Err(ReadError::NoPaths);
     };
+    let (first_path, up) = (&files[*file], motion.up);
     let mut set = ClipSet {
-        skeleton: first.skeleton.clone(),
+        skeleton: motion.skeleton.clone(),
         clips: Vec::new(),
         events: Vec::new(),
         scales: Vec::new(),
-        repeated_names: first.repeated_names.clone(),
+        repeated_names: motion.repeated_names.clone(),
         figure: String::new(),
         warnings: Vec::new(),
         left_out: errors.iter().map(ToString::to_string).collect(),
@@ -135,8 +109,7 @@ pub fn read_clips(
             first.display()
         ));
     }
-    let first_path = *first_path;
-    set.warnings.extend(turned(first.up, options));
+    set.warnings.extend(turned(up, options));
     for one in loaded {
         // The file that shows best how a joint above the body carries the path.
         let shows = |skeleton: &Skeleton| {
@@ -149,23 +122,22 @@ pub fn read_clips(
         {
             set.skeleton = skeleton;
         }
-        set.warn_of_bones(one.path, &one.motion.skeleton);
-        set.note(&one.motion.clip, one.motion.notes);
+        set.warn_of_bones(&files[one.file], &one.motion.skeleton);
+        set.note(one.motion.clip.name(), one.motion.notes);
         let clip = set.clips.len();
         set.events
             .extend(one.events.into_iter().map(|event| Event { clip, ..event }));
         set.add(one.motion.clip, one.motion.scale);
     }
-    settle_bones(&mut set.skeleton, &mut set.clips)
-        .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
+    settle_bones(&mut set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
     let sides = settle_sides(&mut set.skeleton, &set.clips);
     set.figure = describe(&set.skeleton, sides);
-    let stood = stand_on_ground(&set.skeleton, &mut set.clips)
-        .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
+    let stood =
+        stand_on_ground(&set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
     set.warnings.extend(stood);
     for index in 0..set.clips.len() {
-        let doubtful = doubtful_stature(&set.skeleton, &set.clips[index]);
-        set.note(&set.clips[index].clone(), doubtful.into_iter().collect());
+        let name = set.clips[index].name().to_owned();
+        set.note(&name, doubtful_stature(&set.skeleton, &set.clips[index]));
     }
     labels.forget(&names, &set.clips);
     let resolved = labels
@@ -176,15 +148,15 @@ pub fn read_clips(
     set.events
         .sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
     set.leave_out_rest()
-        .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
+        .map_err(ReadError::in_file(first_path))?;
     set.warnings
         .extend(clip_warnings(&set.skeleton, &set.clips));
     Ok(set)
 }
 
 impl ClipSet {
-    fn note(&mut self, clip: &Clip, notes: Vec<String>) {
-        let named = notes.iter().map(|note| format!("{}: {note}", clip.name()));
+    fn note(&mut self, clip: &str, notes: impl IntoIterator<Item = String>) {
+        let named = notes.into_iter().map(|note| format!("{clip}: {note}"));
         self.warnings.extend(named);
     }
 
@@ -242,13 +214,9 @@ fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError
             files.push(path.clone());
             continue;
         }
-        let io = |source| ReadError::Io {
-            path: path.clone(),
-            source,
-        };
         let mut inside = Vec::new();
-        for entry in std::fs::read_dir(path).map_err(io)? {
-            let file = entry.map_err(io)?.path();
+        for entry in std::fs::read_dir(path).map_err(ReadError::in_file(path))? {
+            let file = entry.map_err(ReadError::in_file(path))?.path();
             if is_motion_file(&file) && file.is_file() {
                 match clip_name(&file).starts_with("._") {
                     true => passed_over.push(file),
@@ -257,7 +225,7 @@ fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError
             }
         }
         if inside.is_empty() {
-            return Err(ReadError::NoClips { path: path.clone() });
+            return Err(ReadError::in_file(path)(FileError::NoClips));
         }
         inside.sort();
         files.append(&mut inside);
@@ -269,18 +237,16 @@ fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
     let mut seen = HashMap::new();
     for path in files {
         if let Some(first) = seen.insert(clip_name(path), path) {
-            return Err(ReadError::DuplicateClip {
-                path: path.clone(),
-                first: first.clone(),
-            });
+            let first: &PathBuf = first;
+            let error = FileError::DuplicateClip(first.clone());
+            return Err(ReadError::in_file(path)(error));
         }
     }
     Ok(())
 }
 
 /// A motion of a file.
-struct Loaded<'a> {
-    path: &'a PathBuf,
+struct Loaded {
     /// Index of the file.
     file: usize,
     motion: LoadedClip,
@@ -288,83 +254,52 @@ struct Loaded<'a> {
     events: Vec<Event>,
 }
 
-/// A file that cannot be used.
-struct Failed {
-    /// Index of the file.
-    file: usize,
-    error: ReadError,
-}
+/// Index of a file that cannot be used, and the reason.
+type Failed = (usize, ReadError);
 
-impl Loaded<'_> {
-    fn differs(&self, used: &Skeleton, first: &Path) -> Failed {
-        let error = ReadError::SkeletonDiffers {
-            path: self.path.clone(),
-            first: first.to_owned(),
-            joints: used.differences(&self.motion.skeleton),
-        };
-        Failed {
-            file: self.file,
-            error,
-        }
-    }
-}
-
-/// Puts the motions of other skeletons on the used one, which is that of the file `first`. Those whose names do not agree have failed.
-fn retarget_others<'a>(
-    loaded: Vec<Loaded<'a>>,
+/// The motions of the used skeleton. Those of other skeletons are put on it, or have failed.
+fn on_skeleton(
+    loaded: Vec<Loaded>,
     used: &Skeleton,
-    first: &Path,
-) -> (Vec<Loaded<'a>>, Vec<Failed>) {
-    let retargeted = in_parallel(0, loaded.len(), |index| {
-        let motion = &loaded[index].motion;
-        let is_other = !used.differences(&motion.skeleton).is_empty();
-        is_other.then(|| {
-            let mut motion = motion.clone();
-            let clip = std::slice::from_mut(&mut motion.clip);
-            settle_bones(&mut motion.skeleton, clip).map_err(Obstacle::Clip)?;
-            motion.retargeted(used)
-        })
+    files: &[PathBuf],
+    retarget: bool,
+) -> (Vec<Loaded>, Vec<Failed>) {
+    let differences = |one: &Loaded| used.differences(&one.motion.skeleton);
+    let first = loaded.iter().find(|one| differences(one).is_empty());
+    let first = first.map_or_else(PathBuf::new, |first| files[first.file].clone());
+    let put = in_parallel(0, loaded.len(), |index| {
+        let joints = differences(&loaded[index]);
+        if joints.is_empty() {
+            return Ok(None);
+        }
+        let first = first.clone();
+        if !retarget {
+            return Err(FileError::SkeletonDiffers { first, joints });
+        }
+        let mut motion = loaded[index].motion.clone();
+        let clip = std::slice::from_mut(&mut motion.clip);
+        settle_bones(&mut motion.skeleton, clip).map_err(FileError::Retargeted)?;
+        motion.retargeted(used, first).map(Some)
     });
     let (mut kept, mut failed) = (Vec::new(), Vec::new());
-    for (mut one, retargeted) in loaded.into_iter().zip(retargeted) {
-        let error = match retargeted {
-            None => {
-                kept.push(one);
-                continue;
-            }
-            Some(Ok(Retargeted { clip, note, events })) => {
-                one.motion.skeleton = used.clone();
-                one.motion.clip = clip;
-                one.motion.events = events;
-                one.motion.notes.push(note);
-                kept.push(one);
-                continue;
-            }
-            Some(Err(Obstacle::Missing(missing))) => ReadError::NotRetargeted {
-                path: one.path.clone(),
-                first: first.to_owned(),
-                missing,
-            },
-            Some(Err(Obstacle::Clip(error))) => ReadError::Retargeted {
-                path: one.path.clone(),
-                error,
-            },
-        };
-        failed.push(Failed {
-            file: one.file,
-            error,
-        });
+    for (one, put) in loaded.into_iter().zip(put) {
+        match put {
+            Ok(None) => kept.push(one),
+            Ok(Some(motion)) => kept.push(Loaded { motion, ..one }),
+            Err(error) => failed.push((one.file, ReadError::in_file(&files[one.file])(error))),
+        }
     }
     (kept, failed)
 }
 
 /// Resolves the events in the files themselves, of the clips that the events file does not name. Files with invalid events have failed, with
 /// all their motions.
-fn resolve_own<'a>(
-    mut loaded: Vec<Loaded<'a>>,
+fn resolve_own(
+    mut loaded: Vec<Loaded>,
+    files: &[PathBuf],
     labels: Option<&EventsFile>,
-) -> (Vec<Loaded<'a>>, Vec<Failed>) {
-    let mut failed = Vec::new();
+) -> (Vec<Loaded>, Vec<Failed>) {
+    let mut failed: Vec<Failed> = Vec::new();
     for one in &mut loaded {
         let file = one.motion.clip.name().to_owned();
         let events = std::mem::take(&mut one.motion.events);
@@ -378,16 +313,12 @@ fn resolve_own<'a>(
         let resolved = own
             .check_names(&one.motion.repeated_names)
             .and_then(|()| own.resolve(clip, &one.motion.skeleton));
-        match resolved {
+        match resolved.map_err(ReadError::in_file(&files[one.file])) {
             Ok(events) => one.events = events,
-            Err(error) => failed.push(Failed {
-                file: one.file,
-                error: ReadError::in_file(one.path)(error),
-            }),
+            Err(error) => failed.push((one.file, error)),
         }
     }
-    let files: HashSet<usize> = failed.iter().map(|failed| failed.file).collect();
-    loaded.retain(|one| !files.contains(&one.file));
+    loaded.retain(|one| !failed.iter().any(|&(file, _)| file == one.file));
     (loaded, failed)
 }
 
@@ -407,7 +338,7 @@ fn by_skeleton<'a>(
 }
 
 /// The skeleton that most files have; of equally frequent ones the first.
-fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
+fn largest_group(loaded: &[Loaded]) -> Option<&Skeleton> {
     let groups = by_skeleton(loaded.iter().map(|one| (one.file, &one.motion.skeleton)));
     let files = |files: &[usize]| files.chunk_by(|a, b| a == b).count();
     // `max_by_key` returns the last maximum.
@@ -417,7 +348,7 @@ fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
 }
 
 /// Loads all motions. Returns them and the files with errors, both in the order of the files.
-fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>, Vec<Failed>) {
+fn load_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Loaded>, Vec<Failed>) {
     let mut failed = Vec::new();
     let mut parsed = Vec::new();
     let parse = |file: usize| {
@@ -428,7 +359,7 @@ fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>
     for (file, result) in in_parallel(0, files.len(), parse).into_iter().enumerate() {
         match result {
             Ok((read, stance)) => parsed.push(Parsed { file, read, stance }),
-            Err(error) => failed.push(Failed { file, error }),
+            Err(error) => failed.push((file, error)),
         }
     }
     let spaces = spaces_of_set(&parsed, files, options);
@@ -442,18 +373,15 @@ fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>
     };
     let mut loaded = Vec::new();
     let motions = in_parallel(0, parsed.len(), to_metres);
-    for ((parsed, motions), space) in parsed.iter().zip(motions).zip(spaces) {
-        let (file, path) = (parsed.file, &files[parsed.file]);
+    for ((Parsed { file, .. }, motions), space) in parsed.iter().zip(motions).zip(spaces) {
+        let file = *file;
         match space.and(motions) {
-            Ok(motions) => {
-                loaded.extend(motions.into_iter().map(|motion| Loaded {
-                    path,
-                    file,
-                    motion,
-                    events: Vec::new(),
-                }));
-            }
-            Err(error) => failed.push(Failed { file, error }),
+            Ok(motions) => loaded.extend(motions.into_iter().map(|motion| Loaded {
+                file,
+                motion,
+                events: Vec::new(),
+            })),
+            Err(error) => failed.push((file, error)),
         }
     }
     (loaded, failed)
@@ -486,9 +414,8 @@ fn spaces_of_set(
         let Some((common, first)) = common_stance(parsed, &own) else {
             continue;
         };
-        let path = |index: usize| files[parsed[index].file].clone();
         for index in own {
-            let Parsed { read, stance, .. } = &parsed[index];
+            let Parsed { file, read, stance } = &parsed[index];
             let (scale, up) = (read.scale(&common, options), read.up(&common, options));
             let times = stance.reach / common.reach;
             let (own, bones) = (stance.axis(), (&stance.skeleton, &common.skeleton));
@@ -497,24 +424,18 @@ fn spaces_of_set(
                 _ => false,
             };
             let is_as_large = |times: f64| times.ln().abs() <= STATURE_FACTOR.ln();
-            spaces[index] = match own {
+            let first = files[parsed[first].file].clone();
+            let space = match own {
                 _ if times > 0.0 && options.scale.is_none() && !is_as_large(times) => {
-                    Err(ReadError::UnitDiffers {
-                        path: path(index),
-                        first: path(first),
-                        times,
-                    })
+                    Err(FileError::UnitDiffers { first, times })
                 }
                 Some(own) if options.up.is_none() && own != up && is_turned() => {
-                    Err(ReadError::UpDiffers {
-                        path: path(index),
-                        first: path(first),
-                        own: own.name(),
-                        up: up.name(),
-                    })
+                    let (own, up) = (own.name(), up.name());
+                    Err(FileError::UpDiffers { first, own, up })
                 }
                 _ => Ok((scale, up)),
             };
+            spaces[index] = space.map_err(ReadError::in_file(&files[*file]));
         }
     }
     spaces

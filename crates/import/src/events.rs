@@ -4,17 +4,17 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::motion_file::is_gltf;
-use crate::ReadError;
 use crate::error::shortened;
-use crate::file::{JsonError, composed, parse_json, read_bytes};
-use sabaki::anim::{Clip, Event, EventKind, JointId, Skeleton};
+use crate::file::{composed, parse_json, read_bytes};
+use crate::{ReadError, TextError};
+use sabaki::anim::{Clip, Event, EventKind, Skeleton};
 
 /// Reason why events cannot be used. Events are counted from 0, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum EventsError {
     /// The text is not a valid events file.
     #[error(transparent)]
-    Json(#[from] JsonError),
+    Json(#[from] TextError),
     /// There is no clip of this name.
     #[error("events for \"{file}\", but there is no such clip")]
     NoClip {
@@ -32,61 +32,15 @@ pub enum EventsError {
         /// Names of these clips.
         clips: Vec<String>,
     },
-    /// The skeleton has no joint of this name.
-    #[error("\"{file}\", event {event}: the skeleton has no joint \"{joint}\"")]
-    NoJoint {
+    /// An event does not fit its clip or the skeleton.
+    #[error("\"{file}\", event {event}: {problem}")]
+    Event {
         /// Name of the clip's file, as written.
         file: String,
         /// Index of the event.
         event: usize,
-        /// Name of the joint, as written.
-        joint: String,
-    },
-    /// Several joints of the clip's file have that name.
-    #[error(
-        "\"{file}\", event {event}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
-    )]
-    Ambiguous {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Index of the event.
-        event: usize,
-        /// Name of the joint, as written.
-        joint: String,
-    },
-    /// An attack has no joints.
-    #[error("\"{file}\", event {event}: an attack needs the joints that strike")]
-    NoJoints {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Index of the event.
-        event: usize,
-    },
-    /// The times are negative or not finite, or the end is not after the start.
-    #[error(
-        "\"{file}\", event {event}: from {start} s to {end} s is no time range (0 <= start < end)"
-    )]
-    Range {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Index of the event.
-        event: usize,
-        /// Start, in seconds.
-        start: f64,
-        /// End, in seconds.
-        end: f64,
-    },
-    /// The event ends more than half a frame after the clip's end.
-    #[error("\"{file}\", event {event}: ends at {end} s, but the clip at {duration} s")]
-    Outside {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Index of the event.
-        event: usize,
-        /// End of the event, in seconds.
-        end: f64,
-        /// Duration of the clip, in seconds.
-        duration: f64,
+        /// Description of the problem.
+        problem: String,
     },
 }
 
@@ -158,15 +112,9 @@ impl EventsFile {
         let mut events = Vec::new();
         for entry in &self.clips {
             let clip = entry.clip(clips)?;
-            for index in 0..entry.events.len() {
-                let end = entry.checked_end(index, &clips[clip])?;
-                events.push(Event {
-                    clip,
-                    kind: entry.events[index].kind,
-                    start: entry.events[index].start,
-                    end,
-                    joints: entry.joints(index, skeleton)?,
-                });
+            for (index, event) in entry.events.iter().enumerate() {
+                let resolved = event.resolve(clip, &clips[clip], skeleton);
+                events.push(resolved.map_err(|problem| entry.wrong(index, problem))?);
             }
         }
         events.sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
@@ -185,11 +133,7 @@ impl EventsFile {
         for clip in &self.clips {
             for (event, entry) in clip.events.iter().enumerate() {
                 if let Some(joint) = entry.joints.iter().find(|joint| repeated.contains(joint)) {
-                    return Err(EventsError::Ambiguous {
-                        file: clip.file.clone(),
-                        event,
-                        joint: joint.clone(),
-                    });
+                    return Err(clip.wrong(event, several_joints(joint)));
                 }
             }
         }
@@ -221,9 +165,8 @@ impl EventsFile {
         let mut file = Self::default();
         for (index, clip) in clips.iter().enumerate() {
             let of_clip = events.iter().filter(|event| event.clip == index);
-            let entries: Vec<EventEntry> = of_clip
-                .map(|event| EventEntry::of(event, skeleton))
-                .collect();
+            let entries = of_clip.map(|event| EventEntry::of(event, skeleton));
+            let entries: Vec<EventEntry> = entries.collect();
             if !entries.is_empty() {
                 file.clips.push(ClipEvents {
                     file: clip.name().to_owned(),
@@ -250,9 +193,56 @@ impl EventEntry {
             confidence: None,
         }
     }
+
+    /// The event in a clip, or what is wrong with it.
+    fn resolve(&self, index: usize, clip: &Clip, skeleton: &Skeleton) -> Result<Event, String> {
+        let &Self {
+            kind, start, end, ..
+        } = self;
+        if !(start.is_finite() && end.is_finite() && start >= 0.0 && end > start) {
+            return Err(format!(
+                "from {start} s to {end} s is no time range (0 <= start < end)"
+            ));
+        }
+        let duration = clip.duration();
+        let last = end.min(duration);
+        if end > duration + 0.5 / clip.frame_rate() || last <= start {
+            return Err(format!("ends at {end} s, but the clip at {duration} s"));
+        }
+        if self.joints.is_empty() && kind == EventKind::Attack {
+            return Err("an attack needs the joints that strike".to_owned());
+        }
+        let find = |joint: &String| {
+            let id = skeleton.find(joint);
+            id.ok_or_else(|| format!("the skeleton has no joint \"{joint}\""))
+        };
+        Ok(Event {
+            clip: index,
+            kind,
+            start,
+            end: last,
+            joints: self.joints.iter().map(find).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// The problem of a joint that is named by a name of several.
+pub(super) fn several_joints(joint: &str) -> String {
+    format!(
+        "several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
+    )
 }
 
 impl ClipEvents {
+    fn wrong(&self, event: usize, problem: String) -> EventsError {
+        let file = self.file.clone();
+        EventsError::Event {
+            file,
+            event,
+            problem,
+        }
+    }
+
     /// Whether a clip has this name, where one of both may have a folder.
     fn is_of(&self, clip: &str) -> bool {
         let file = &self.file[..];
@@ -280,49 +270,6 @@ impl ClipEvents {
                 Err(EventsError::SeveralClips { file, clips })
             }
         }
-    }
-
-    /// End of the event, after checking that its times fit the clip.
-    fn checked_end(&self, event: usize, clip: &Clip) -> Result<f64, EventsError> {
-        let EventEntry { start, end, .. } = self.events[event];
-        let file = || self.file.clone();
-        if !(start.is_finite() && end.is_finite() && start >= 0.0 && end > start) {
-            return Err(EventsError::Range {
-                file: file(),
-                event,
-                start,
-                end,
-            });
-        }
-        let duration = clip.duration();
-        let last = end.min(duration);
-        if end > duration + 0.5 / clip.frame_rate() || last <= start {
-            return Err(EventsError::Outside {
-                file: file(),
-                event,
-                end,
-                duration,
-            });
-        }
-        Ok(last)
-    }
-
-    fn joints(&self, event: usize, skeleton: &Skeleton) -> Result<Vec<JointId>, EventsError> {
-        let EventEntry { kind, joints, .. } = &self.events[event];
-        if joints.is_empty() && *kind == EventKind::Attack {
-            return Err(EventsError::NoJoints {
-                file: self.file.clone(),
-                event,
-            });
-        }
-        let find = |joint: &String| {
-            skeleton.find(joint).ok_or_else(|| EventsError::NoJoint {
-                file: self.file.clone(),
-                event,
-                joint: joint.clone(),
-            })
-        };
-        joints.iter().map(find).collect()
     }
 }
 

@@ -12,7 +12,7 @@ use thiserror::Error;
 use ufbx::{AnimStack, LoadOpts, Matrix, Mesh, Node, Scene, Transform};
 
 use crate::MOST_ENTRIES;
-use crate::gltf::{Buffer, ReadPurpose, container};
+use crate::gltf::{Buffer, ReadPurpose};
 
 /// Reason why an FBX file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -85,51 +85,35 @@ pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FbxE
         }
     };
     let root = scene.root_node.element.typed_id;
-    let mut document = json!({
+    let document = json!({
         "asset": { "version": "2.0", "generator": "FBX" },
         "scene": 0,
         "scenes": [{ "nodes": [root] }],
         "nodes": writer.nodes,
-        "accessors": writer.buffer.accessors,
-        "bufferViews": writer.buffer.views,
-        "buffers": [{ "byteLength": writer.buffer.bytes.len() }],
     });
-    let textures = (0..writer.images.len())
-        .map(|image| json!({ "source": image }))
-        .collect();
-    for (key, list) in [
+    let textures = 0..writer.images.len();
+    let textures = textures.map(|image| json!({ "source": image })).collect();
+    let lists = [
         ("skins", writer.skins),
         ("meshes", writer.meshes),
         ("materials", writer.materials),
         ("textures", textures),
         ("images", writer.images),
         ("animations", animations),
-    ] {
-        if !list.is_empty() {
-            document[key] = Value::Array(list);
-        }
-    }
+    ];
     let mut out = Vec::new();
-    container(
-        &mut out,
-        document.to_string().as_bytes(),
-        &writer.buffer.bytes,
-    )
-    .map_err(|error| FbxError::TooLarge(error.to_string()))?;
+    let written = writer.buffer.write(&mut out, document, lists);
+    written.map_err(|error| FbxError::TooLarge(error.to_string()))?;
     Ok(out)
 }
 
 fn node(node: &ufbx::Ref<Node>) -> Value {
     let [translation, rotation, scale] = parts(&node.local_transform);
-    let children: Vec<u32> = node
-        .children
-        .iter()
-        .map(|child| child.element.typed_id)
-        .collect();
-    let name = if node.is_root {
-        "Root"
-    } else {
-        &node.element.name
+    let children = node.children.iter().map(|child| child.element.typed_id);
+    let children: Vec<u32> = children.collect();
+    let name = match node.is_root {
+        true => "Root",
+        false => &node.element.name[..],
     };
     let mut value =
         json!({ "name": name, "translation": translation, "rotation": rotation, "scale": scale });
@@ -180,31 +164,23 @@ impl Writer<'_> {
         let bones = self.scene.nodes.iter().filter(|node| node.bone.is_some());
         let clusters = self.scene.skin_clusters.iter();
         let of_skins = clusters.filter_map(|cluster| cluster.bone_node.as_ref());
-        bones
-            .chain(of_skins)
-            .map(|node| node.element.typed_id)
-            .collect()
+        let all = bones.chain(of_skins).map(|node| node.element.typed_id);
+        all.collect()
     }
 
     /// Adds the skin of all bones, in the pose that the skins were bound in.
     fn add_bones(&mut self) {
         let bones = self.bones();
         let clusters = self.scene.skin_clusters.iter();
-        let binds: HashMap<u32, DAffine3> = clusters
-            .filter_map(|cluster| {
-                Some((
-                    cluster.bone_node.as_ref()?.element.typed_id,
-                    affine(&cluster.bind_to_world),
-                ))
-            })
-            .collect();
-        let of_node = |&bone: &u32| affine(&self.scene.nodes[bone as usize].node_to_world);
+        let binds = clusters.filter_map(|cluster| {
+            let bone = cluster.bone_node.as_ref()?;
+            Some((bone.element.typed_id, affine(&cluster.bind_to_world)))
+        });
+        let binds: HashMap<u32, DAffine3> = binds.collect();
+        let of_node = |bone: u32| affine(&self.scene.nodes[bone as usize].node_to_world);
         let inverses = bones.iter().map(|bone| {
-            binds
-                .get(bone)
-                .copied()
-                .unwrap_or_else(|| of_node(bone))
-                .inverse()
+            let bind = binds.get(bone).copied();
+            bind.unwrap_or_else(|| of_node(*bone)).inverse()
         });
         let inverses: Vec<DAffine3> = inverses.collect();
         if !bones.is_empty() {
@@ -227,19 +203,17 @@ impl Writer<'_> {
         let Some(skin) = mesh.skin_deformers.first() else {
             return;
         };
-        let clusters = || {
-            skin.clusters
-                .iter()
-                .filter_map(|one| Some((one, one.bone_node.as_ref()?)))
-        };
-        if clusters().count() != skin.clusters.len() {
+        let bones = skin
+            .clusters
+            .iter()
+            .map(|cluster| cluster.bone_node.as_ref());
+        let joints = bones.map(|bone| Some(bone?.element.typed_id));
+        let Some(joints) = joints.collect() else {
             return;
-        }
-        let joints = clusters().map(|(_, bone)| bone.element.typed_id).collect();
-        let inverses: Vec<DAffine3> = clusters()
-            .map(|(cluster, _)| affine(&cluster.geometry_to_bone))
-            .collect();
-        self.add_skin(joints, &inverses);
+        };
+        let inverses = skin.clusters.iter();
+        let inverses = inverses.map(|cluster| affine(&cluster.geometry_to_bone));
+        self.add_skin(joints, &inverses.collect::<Vec<_>>());
         let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
         let mut corners = vec![0; 3 * mesh.max_face_triangles];
         for (face, &shape) in mesh.faces.iter().enumerate() {
@@ -473,21 +447,7 @@ impl Part {
         if self.uvs.len() == count {
             attributes["TEXCOORD_0"] = json!(buffer.floats("VEC2", self.uvs.into_iter().flatten()));
         }
-        let start = buffer.bytes.len();
-        buffer.bytes.extend(
-            self.joints
-                .iter()
-                .flatten()
-                .flat_map(|joint| joint.to_le_bytes()),
-        );
-        let joints = json!({ "componentType": 5123, "count": count, "type": "VEC4" });
-        attributes["JOINTS_0"] = json!(buffer.accessor(start, joints, None));
-        let start = buffer.bytes.len();
-        buffer
-            .bytes
-            .extend(self.indices.iter().flat_map(|index| index.to_le_bytes()));
-        let indices =
-            json!({ "componentType": 5125, "count": self.indices.len(), "type": "SCALAR" });
-        json!({ "attributes": attributes, "indices": buffer.accessor(start, indices, None) })
+        attributes["JOINTS_0"] = json!(buffer.joints(&self.joints, None));
+        json!({ "attributes": attributes, "indices": buffer.indices(&self.indices, None) })
     }
 }

@@ -17,9 +17,8 @@ use sabaki::anim::{
 use sabaki::math::Rigid2;
 use serde::Deserialize;
 
-use crate::bvh::MotionError;
 use crate::file::{parse_json, read_bytes};
-use crate::{ClipSet, ReadError};
+use crate::{ClipSet, FileError, ReadError};
 
 /// The part of a skeleton that is a body, below the joints that only carry it.
 pub(crate) struct Rooted {
@@ -91,21 +90,13 @@ impl Rooted {
     /// # Errors
     /// The root is too far away in a frame.
     pub(crate) fn clip(&self, file: &Skeleton, clip: &Clip) -> Result<(Skeleton, Clip), ClipError> {
-        let mut desc = ClipDesc {
-            name: clip.name().to_owned(),
-            frame_rate: clip.frame_rate(),
-            roots: Vec::with_capacity(clip.frames()),
-            rotations: Vec::with_capacity(clip.frames() * self.joints.len()),
-            translations: Vec::new(),
-        };
         let mut pose = Pose::default();
-        for frame in 0..clip.frames() {
+        let own = |frame, own: &mut Pose| {
             clip.pose(frame, &mut pose);
-            let mut own = self.pose(file, &pose);
-            desc.roots.push(own.root);
-            desc.rotations.append(&mut own.rotations);
-            desc.translations.append(&mut own.translations);
-        }
+            *own = self.pose(file, &pose);
+        };
+        let (rate, frames) = (clip.frame_rate(), clip.frames());
+        let own = clip_of_poses(&self.skeleton, clip.name(), rate, frames, own)?;
         clip.pose(0, &mut pose);
         let locals = file.ids().map(|id| pose.local(file, id));
         let (rotations, places): (Vec<Quat>, Vec<Vec3>) = locals.unzip();
@@ -121,10 +112,8 @@ impl Rooted {
             body: self.joints.clone(),
             carrier: self.carrier(file, clip),
         };
-        let clip = Clip::new(&self.skeleton, desc)?;
-        let clip = without_still_places(&self.skeleton, clip)?;
         let skeleton = self.skeleton.clone().with_file(file_joints);
-        Ok((skeleton.ok_or(SkeletonError::File)?, clip))
+        Ok((skeleton.ok_or(SkeletonError::File)?, own))
     }
 
     /// The topmost joint above the body that moves in a clip, and how.
@@ -198,21 +187,85 @@ fn figure_root(skeleton: &Skeleton) -> Result<JointId, SkeletonError> {
 /// # Errors
 /// A joint is too far away.
 pub(crate) fn on_whole(whole: &WholeSkeleton, clip: &Clip) -> Result<Clip, ClipError> {
+    let mut body = Pose::default();
+    let pose = |frame, pose: &mut Pose| {
+        clip.pose(frame, &mut body);
+        whole.pose(&body, pose);
+    };
+    let desc = desc_of_poses(clip.name(), clip.frame_rate(), clip.frames(), pose);
+    Clip::new(&whole.skeleton, desc)
+}
+
+/// The frames of a clip, as `pose` writes them.
+pub(crate) fn desc_of_poses(
+    name: &str,
+    frame_rate: f64,
+    frames: usize,
+    mut pose: impl FnMut(usize, &mut Pose),
+) -> ClipDesc {
     let mut desc = ClipDesc {
-        roots: Vec::new(),
+        name: name.to_owned(),
+        frame_rate,
+        roots: Vec::with_capacity(frames),
         rotations: Vec::new(),
         translations: Vec::new(),
-        ..clip.desc()
     };
-    let (mut body, mut pose) = (Pose::default(), Pose::default());
-    for frame in 0..clip.frames() {
-        clip.pose(frame, &mut body);
-        whole.pose(&body, &mut pose);
-        desc.roots.push(pose.root);
-        desc.rotations.extend(&pose.rotations);
-        desc.translations.extend(&pose.translations);
+    let mut out = Pose::default();
+    for frame in 0..frames {
+        pose(frame, &mut out);
+        if frame == 0 {
+            desc.rotations.reserve_exact(frames * out.rotations.len());
+            desc.translations
+                .reserve_exact(frames * out.translations.len());
+        }
+        desc.roots.push(out.root);
+        desc.rotations.extend_from_slice(&out.rotations);
+        desc.translations.extend_from_slice(&out.translations);
     }
-    Clip::new(&whole.skeleton, desc)
+    desc
+}
+
+/// A clip of [`desc_of_poses`] without places of joints that are always the skeleton's offsets.
+///
+/// # Errors
+/// The clip is invalid.
+pub(crate) fn clip_of_poses(
+    skeleton: &Skeleton,
+    name: &str,
+    frame_rate: f64,
+    frames: usize,
+    pose: impl FnMut(usize, &mut Pose),
+) -> Result<Clip, ClipError> {
+    let mut desc = desc_of_poses(name, frame_rate, frames, pose);
+    if !moves_joints(skeleton, &desc.translations) {
+        desc.translations = Vec::new();
+    }
+    Clip::new(skeleton, desc)
+}
+
+/// A skeleton and a motion of it with other places and rotations.
+///
+/// # Errors
+/// A place is too far away.
+pub(crate) fn mapped(
+    skeleton: &Skeleton,
+    mut desc: ClipDesc,
+    place: impl Fn(Vec3) -> Vec3,
+    rotation: impl Fn(Quat) -> Quat,
+) -> Result<(Skeleton, Clip), ClipError> {
+    let joints = skeleton.joints().iter().map(|joint| Joint {
+        offset: place(joint.offset),
+        ..joint.clone()
+    });
+    let skeleton = Skeleton::new(joints.collect())?;
+    for own in desc.roots.iter_mut().chain(&mut desc.translations) {
+        *own = place(*own);
+    }
+    for own in &mut desc.rotations {
+        *own = rotation(*own);
+    }
+    let clip = Clip::new(&skeleton, desc)?;
+    Ok((skeleton, clip))
 }
 
 /// Number of frames at a clip's start in which the figure stands still with straight arms held apart (T-pose, A-pose), before it moves.
@@ -488,13 +541,9 @@ impl ClipSet {
     pub fn take_joints(&mut self, path: &Path) -> Result<(), ReadError> {
         let bytes = read_bytes(path)?;
         let file: JointsFile = parse_json(&bytes).map_err(ReadError::in_file(path))?;
-        let wrong = |error: ClipError| ReadError::in_file(path)(MotionError::from(error));
-        let unknown = |name: &str| ReadError::UnknownJoint {
-            path: path.to_owned(),
-            joint: name.to_owned(),
-        };
-        let find =
-            |skeleton: &Skeleton, name: &str| skeleton.find(name).ok_or_else(|| unknown(name));
+        let wrong = |error: ClipError| ReadError::in_file(path)(error);
+        let unknown =
+            |name: &str| ReadError::in_file(path)(FileError::UnknownJoint(name.to_owned()));
         if let Some(root) = &file.root {
             self.root_at(root)
                 .map_err(wrong)?
@@ -508,7 +557,7 @@ impl ClipSet {
         ];
         let mut ends = [JointId::ROOT; 4];
         for (end, name) in ends.iter_mut().zip(named) {
-            *end = find(&self.skeleton, name)?;
+            *end = self.skeleton.find(name).ok_or_else(|| unknown(name))?;
         }
         self.skeleton = (self.skeleton.clone().with_ends(ends))
             .ok_or_else(|| wrong(SkeletonError::Ends.into()))?;

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 use unicode_normalization::UnicodeNormalization;
 
-use crate::ReadError;
+use crate::{FileError, ReadError};
 
 /// Name of a clip: its file's name without the folder.
 pub(super) fn clip_name(path: &Path) -> String {
@@ -26,19 +26,13 @@ pub(super) fn composed(name: &str) -> String {
 }
 
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let io = |source| ReadError::Io {
-        path: path.to_owned(),
-        source,
-    };
     let mut bytes = Vec::new();
-    let file = open_regular(path).map_err(io)?;
+    let file = open_regular(path).map_err(ReadError::in_file(path))?;
     file.take(LARGEST_FILE + 1)
         .read_to_end(&mut bytes)
-        .map_err(io)?;
+        .map_err(ReadError::in_file(path))?;
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err(ReadError::TooLarge {
-            path: path.to_owned(),
-        });
+        return Err(ReadError::in_file(path)(FileError::TooLarge));
     }
     Ok(bytes)
 }
@@ -49,19 +43,19 @@ pub fn without_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text)
 }
 
-/// An error in a JSON text, with its position.
+/// An error in a text, with its position.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("line {line}, column {column}: {message}")]
-pub struct JsonError {
-    /// Line number, from 1, or 0 if the text is empty.
+#[error("line {line}{}: {message}", column.map_or_else(String::new, |column| format!(", column {column}")))]
+pub struct TextError {
+    /// Line number, from 1, or 0 if a JSON text is empty. Lines end with LF, CR LF or, except in JSON, CR.
     pub line: usize,
-    /// Column, from 1, or 0 at the end of a line.
-    pub column: usize,
+    /// Column, from 1, or 0 at the end of a line of JSON; `None` in ASF and AMC files. A byte order mark does not count.
+    pub column: Option<usize>,
     /// Description of the error.
     pub message: String,
 }
 
-impl From<serde_json::Error> for JsonError {
+impl From<serde_json::Error> for TextError {
     fn from(error: serde_json::Error) -> Self {
         let (line, column) = (error.line(), error.column());
         let text = error.to_string();
@@ -69,13 +63,26 @@ impl From<serde_json::Error> for JsonError {
         let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();
         Self {
             line,
-            column,
+            column: Some(column),
             message,
         }
     }
 }
 
+/// A quoted text for an error message, shortened to 40 characters.
+pub(crate) fn quoted(text: &str) -> String {
+    const MOST: usize = 40;
+    let short = text.chars().take(MOST).flat_map(char::escape_debug);
+    let short: String = short.collect();
+    let more = if text.chars().nth(MOST).is_some() {
+        "…"
+    } else {
+        ""
+    };
+    format!("\"{short}{more}\"")
+}
+
 /// Parses a document, with or without a byte order mark.
-pub(super) fn parse_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, JsonError> {
-    serde_json::from_slice(without_mark(text)).map_err(JsonError::from)
+pub(super) fn parse_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, TextError> {
+    serde_json::from_slice(without_mark(text)).map_err(TextError::from)
 }

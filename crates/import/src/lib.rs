@@ -27,12 +27,12 @@ mod units;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
 pub use body::{BodyEntry, BodyFile, BodyFileError, MassFile, MassFileError};
 pub use clip_set::{ClipSet, motion_files, read_clips};
-pub use error::{ContentsError, ReadError};
+pub use error::{FileError, ReadError};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 #[cfg(feature = "fbx")]
 pub use fbx::FbxError;
 pub use figure::JointsFile;
-pub use file::{JsonError, without_mark};
+pub use file::{TextError, without_mark};
 pub use mirror::MirrorError;
 pub use motion_file::{
     LONGEST_CLIP, LoadedClip, MOST_ENTRIES, MeshFile, ReadOptions, SCALES, Up, UpError,

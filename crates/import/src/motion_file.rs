@@ -5,20 +5,18 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{
-    Clip, ClipError, Facing, Joint, Limbs, Pose, Skeleton, body_root, forward_kinematics,
-};
+use sabaki::anim::{Clip, ClipError, Facing, Limbs, Pose, Skeleton, body_root, forward_kinematics};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::asf::{AmcFile, AsfFile};
 use crate::bvh::{BvhFile, MotionError};
 use crate::error::shortened;
-use crate::figure::{Rooted, settle_bones, settle_sides, stand_on_ground};
+use crate::figure::{Rooted, mapped, settle_bones, settle_sides, stand_on_ground};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
-use crate::{EventEntry, LengthUnit, ReadError, Scale, ScaleSource, stature};
+use crate::{EventEntry, FileError, LengthUnit, ReadError, Scale, ScaleSource, stature};
 
 /// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
 /// would exhaust memory.
@@ -83,14 +81,11 @@ pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadE
     let mut motions = read_motions(path, options)?;
     match motions.pop() {
         Some(only) if motions.is_empty() => Ok(only),
-        last => Err(ReadError::Several {
-            path: path.to_owned(),
-            clips: motions
-                .into_iter()
-                .chain(last)
-                .map(|motion| motion.clip.name().to_owned())
-                .collect(),
-        }),
+        last => {
+            let all = motions.iter().chain(&last);
+            let names = all.map(|motion| motion.clip.name().to_owned()).collect();
+            Err(ReadError::in_file(path)(FileError::Several(names)))
+        }
     }
 }
 
@@ -107,11 +102,9 @@ pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip
     let mut motions = file.to_metres(path, scale, up, options)?;
     for motion in &mut motions {
         let clip = std::slice::from_mut(&mut motion.clip);
-        settle_bones(&mut motion.skeleton, clip)
-            .map_err(|error| ReadError::in_file(path)(MotionError::from(error)))?;
+        settle_bones(&mut motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         settle_sides(&mut motion.skeleton, clip);
-        let stood = stand_on_ground(&motion.skeleton, clip)
-            .map_err(|error| ReadError::in_file(path)(MotionError::from(error)))?;
+        let stood = stand_on_ground(&motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         motion.notes.extend(stood);
         motion
             .notes
@@ -123,12 +116,9 @@ pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip
 
 /// Checks that scale and frame rate are within their ranges.
 pub(super) fn check_options(options: &ReadOptions) -> Result<(), ReadError> {
-    match options.scale {
-        Some(scale) if !SCALES.contains(&scale) => return Err(ReadError::Scale(scale)),
-        _ => {}
-    }
-    match options.amc_rate {
-        Some(rate) if !AMC_RATES.contains(&rate) => Err(ReadError::Rate(rate)),
+    match (options.scale, options.amc_rate) {
+        (Some(scale), _) if !SCALES.contains(&scale) => Err(ReadError::Scale(scale)),
+        (_, Some(rate)) if !AMC_RATES.contains(&rate) => Err(ReadError::Rate(rate)),
         _ => Ok(()),
     }
 }
@@ -280,10 +270,7 @@ fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
     let mut all = files.filter(|file| ends_with(file, &["asf"]) && file.is_file());
     match (all.next(), all.next()) {
         (Some(only), None) => Ok(only),
-        _ => Err(ReadError::NoSkeleton {
-            path: path.to_owned(),
-            names,
-        }),
+        _ => Err(ReadError::in_file(path)(FileError::NoSkeleton(names))),
     }
 }
 
@@ -425,25 +412,21 @@ impl MotionFile {
                 Some(rooted) => rooted.clip(&skeleton, &clip)?,
             })
         };
+        let metres = scale.metres_per_unit;
         let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), MotionError>| {
             if seconds > LONGEST_CLIP {
-                return Err(ReadError::TooLong {
-                    path: path.to_owned(),
-                    seconds,
-                });
+                return Err(FileError::TooLong(seconds));
             }
-            let (skeleton, clip) = motion()
-                .and_then(rooted)
-                .map_err(ReadError::in_file(path))?;
+            let (skeleton, clip) = motion().and_then(rooted)?;
             let mut notes = self.notes();
-            if let Some(file) = skeleton.file_joints()
-                && file.beside().next().is_some()
-            {
-                let beside: Vec<String> = file.beside().map(str::to_owned).collect();
-                notes.push(format!(
-                    "joints beside the body do not move: {}",
-                    shortened(&beside)
-                ));
+            let file = skeleton.file_joints();
+            let beside = file
+                .iter()
+                .flat_map(|file| file.beside().map(str::to_owned));
+            let beside: Vec<String> = beside.collect();
+            if !beside.is_empty() {
+                let beside = shortened(&beside);
+                notes.push(format!("joints beside the body do not move: {beside}"));
             }
             Ok(LoadedClip {
                 notes,
@@ -455,11 +438,10 @@ impl MotionFile {
                 repeated_names: self.repeated_names().to_vec(),
             })
         };
-        let metres = scale.metres_per_unit;
-        match self {
+        let motions = match self {
             Self::Bvh(file) => {
                 let seconds = (file.frames() - 1) as f64 * file.frame_time();
-                Ok(vec![loaded(seconds, &|| file.motion(&name, metres))?])
+                loaded(seconds, &|| file.motion(&name, metres)).map(|only| vec![only])
             }
             Self::Gltf(file) => {
                 let load = |animation: &GltfAnimation| {
@@ -475,15 +457,14 @@ impl MotionFile {
                 file.animations().iter().map(load).collect()
             }
             Self::Amc(asf, amc) => {
-                let rate = options
-                    .amc_rate
-                    .or(amc.rate())
-                    .unwrap_or(AmcFile::USUAL_RATE);
+                let rate = options.amc_rate.or(amc.rate());
+                let rate = rate.unwrap_or(AmcFile::USUAL_RATE);
                 let seconds = (amc.frames() - 1) as f64 / rate;
                 let motion = || amc.motion(asf, &name, metres, rate);
-                Ok(vec![loaded(seconds, &motion)?])
+                loaded(seconds, &motion).map(|only| vec![only])
             }
-        }
+        };
+        motions.map_err(ReadError::in_file(path))
     }
 }
 
@@ -561,20 +542,8 @@ impl Up {
         clip: &Clip,
     ) -> Result<(Skeleton, Clip), ClipError> {
         let turn = self.turn();
-        let mut joints: Vec<Joint> = skeleton.joints().to_vec();
-        joints
-            .iter_mut()
-            .for_each(|joint| joint.offset = turn * joint.offset);
-        let skeleton = Skeleton::new(joints)?;
-        let mut desc = clip.desc();
-        for place in desc.roots.iter_mut().chain(&mut desc.translations) {
-            *place = turn * *place;
-        }
-        for rotation in &mut desc.rotations {
-            *rotation = (turn * *rotation * turn.conjugate()).normalize();
-        }
-        let clip = Clip::new(&skeleton, desc)?;
-        Ok((skeleton, clip))
+        let rotation = |rotation: Quat| (turn * rotation * turn.conjugate()).normalize();
+        mapped(skeleton, clip.desc(), |place| turn * place, rotation)
     }
 }
 

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::attacks::AttackEntry;
-use crate::ReadError;
-use crate::file::{JsonError, parse_json, read_bytes};
+use crate::file::{parse_json, read_bytes};
+use crate::{ReadError, TextError};
 use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::Layer;
@@ -21,7 +21,7 @@ use sabaki::query::{
 pub enum RecordingError {
     /// The text is not a valid exported answer.
     #[error(transparent)]
-    Json(#[from] JsonError),
+    Json(#[from] TextError),
     /// The attack is invalid.
     #[error(transparent)]
     Attack(#[from] AttackError),

@@ -13,14 +13,16 @@
 //! Differs: the path is that of the anchor, a joint that both have, in most files the root. A joint without a joint of its name in the file keeps its rest rotation; so does a root, in the space of the motion.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use glam::{Mat3, Quat, Vec3};
 use sabaki::anim::{
-    Clip, ClipDesc, ClipError, JointId, JointKind, JointTransform, Pose, Skeleton,
-    forward_kinematics,
+    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
 };
 
-use crate::{EventEntry, LoadedClip};
+use crate::LoadedClip;
+use crate::error::FileError;
+use crate::figure::desc_of_poses;
 
 /// Least share of the moving joints that must be found by name.
 const LEAST_FOUND: f32 = 0.75;
@@ -45,37 +47,21 @@ struct Cost {
     most: f32,
 }
 
-/// Why a motion cannot be put on another skeleton.
-pub(super) enum Obstacle {
-    /// Names of the moving joints that the file does not have: more than a quarter.
-    Missing(Vec<String>),
-    /// The motion is invalid on the other skeleton.
-    Clip(ClipError),
-}
-
-/// A motion on another skeleton.
-pub(super) struct Retargeted {
-    pub(super) clip: Clip,
-    /// Note on the distances that joints are moved by, for the user.
-    pub(super) note: String,
-    /// Events of the file, whose joints have the names that they have in the other skeleton. Joints that it lacks keep their names.
-    pub(super) events: Vec<EventEntry>,
-}
-
 impl LoadedClip {
-    /// The motion on another skeleton.
-    pub(super) fn retargeted(&self, to: &Skeleton) -> Result<Retargeted, Obstacle> {
-        let retargeter = Retargeter::new(self, to);
+    /// The motion on another skeleton, that of the file `first`. A note says by how much joints are moved. Events get the names that their
+    /// joints have there; joints that it lacks keep their names.
+    pub(super) fn retargeted(mut self, to: &Skeleton, first: PathBuf) -> Result<Self, FileError> {
+        let retargeter = Retargeter::new(&self, to);
         let moving = |id: &JointId| to.joint(*id).kind == JointKind::Moving;
         let all = to.ids().filter(moving).count();
         let missing = retargeter.missing();
         let found = all - missing.len();
         if (found as f32) < LEAST_FOUND * all as f32 {
-            return Err(Obstacle::Missing(missing));
+            return Err(FileError::NotRetargeted { first, missing });
         }
         let scale = retargeter.scale(&self.clip);
         let (desc, cost) = retargeter.motion(&self.clip, scale);
-        let clip = Clip::new(to, desc).map_err(Obstacle::Clip)?;
+        let clip = Clip::new(to, desc).map_err(FileError::Retargeted)?;
         let note = format!(
             "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{}",
             100.0 * cost.mean,
@@ -91,7 +77,13 @@ impl LoadedClip {
                 name.clone_into(joint);
             }
         }
-        Ok(Retargeted { clip, note, events })
+        self.notes.push(note);
+        Ok(Self {
+            skeleton: to.clone(),
+            clip,
+            events,
+            ..self
+        })
     }
 }
 
@@ -224,23 +216,16 @@ impl<'a> Retargeter<'a> {
     }
 
     fn motion(&self, clip: &Clip, scale: f32) -> (ClipDesc, Cost) {
-        let (mut pose, mut own) = (Pose::default(), Pose::default());
+        let mut pose = Pose::default();
         let (mut joints, mut moved): (Vec<JointTransform>, Vec<JointTransform>) =
             Default::default();
-        let mut desc = ClipDesc {
-            name: clip.name().to_owned(),
-            frame_rate: clip.frame_rate(),
-            roots: Vec::new(),
-            rotations: Vec::new(),
-            translations: Vec::new(),
-        };
         let (mut sum, mut count, mut most) = (0.0, 0usize, 0f32);
-        for frame in 0..clip.frames() {
+        let own = |frame: usize, own: &mut Pose| {
             clip.pose(frame, &mut pose);
             forward_kinematics(self.from, &pose, &mut joints);
             self.rotate(&joints, &mut own.rotations);
             own.root = Vec3::ZERO;
-            forward_kinematics(self.to, &own, &mut moved);
+            forward_kinematics(self.to, own, &mut moved);
             if let Some(twin) = self.twin(self.anchor) {
                 let place = scale * joints[twin.index()].translation;
                 own.root = place - moved[self.anchor.index()].translation;
@@ -251,9 +236,8 @@ impl<'a> Retargeter<'a> {
                     .distance(scale * joints[twin.index()].translation);
                 (sum, count, most) = (sum + f64::from(away), count + 1, most.max(away));
             }
-            desc.roots.push(own.root);
-            desc.rotations.extend_from_slice(&own.rotations);
-        }
+        };
+        let desc = desc_of_poses(clip.name(), clip.frame_rate(), clip.frames(), own);
         let mean = sum / count.max(1) as f64;
         (desc, Cost { mean, most })
     }

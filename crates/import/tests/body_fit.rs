@@ -5,7 +5,7 @@ mod hostile;
 
 use glam::Vec3;
 use sabaki::anim::{JointId, JointTransform, Skeleton};
-use sabaki::maps::Body;
+use sabaki::maps::{Body, BodySphere};
 use sabaki_fixtures::demo;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shapes::Shape;
@@ -14,6 +14,13 @@ use sabaki_import::parse_obj;
 
 fn skeleton() -> Skeleton {
     demo::motions().unwrap().skeleton
+}
+
+/// The fighter's skeleton at rest, and a man of tubes around it.
+fn at_rest(skeleton: &Skeleton) -> (BindPose<'_>, Mesh) {
+    let pose = BindPose::rest(skeleton);
+    let mesh = man(&pose, skeleton);
+    (pose, mesh)
 }
 
 fn thickness(end: &str) -> f32 {
@@ -29,10 +36,8 @@ fn thickness(end: &str) -> f32 {
 /// A man of tubes in centimetres, as an OBJ file, read again and in metres.
 fn man(pose: &BindPose<'_>, skeleton: &Skeleton) -> Mesh {
     let text = Shape::man(skeleton, pose.joints(), thickness).obj(0.01);
-    parse_obj(text.as_bytes())
-        .unwrap()
-        .placed(0.01, JointTransform::IDENTITY)
-        .unwrap()
+    let mesh = parse_obj(text.as_bytes()).unwrap();
+    mesh.placed(0.01, JointTransform::IDENTITY).unwrap()
 }
 
 fn fitted(mesh: &Mesh, pose: &BindPose<'_>) -> (Body, FitReport) {
@@ -47,12 +52,10 @@ fn places(mesh: &Mesh, each: usize) -> Vec<Vec3> {
     for triangle in mesh.triangles() {
         let [a, b, c] = triangle.map(|vertex| mesh.positions()[vertex as usize]);
         for _ in 0..each {
-            let (u, v) = (share(), share());
-            let (u, v) = if u + v > 1.0 {
-                (1.0 - u, 1.0 - v)
-            } else {
-                (u, v)
-            };
+            let (mut u, mut v) = (share(), share());
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
             places.push(a + (b - a) * u + (c - a) * v);
         }
     }
@@ -61,8 +64,7 @@ fn places(mesh: &Mesh, each: usize) -> Vec<Vec3> {
 
 /// How far a place sticks out of all spheres.
 fn outside_of(body: &Body, joints: &[JointTransform], place: Vec3) -> f32 {
-    let out =
-        |sphere: &sabaki::maps::BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
+    let out = |sphere: &BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
     body.spheres.iter().map(out).fold(f32::INFINITY, f32::min)
 }
 
@@ -94,10 +96,11 @@ fn check_spheres(body: &Body, pose: &BindPose<'_>, capsules: &[([Vec3; 2], f32)]
             let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
             let direction = Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
             let out = off_capsules(capsules, centre + direction * sphere.radius);
+            let most = FitSettings::default().bulge + 0.006;
             assert!(
-                out <= FitSettings::default().bulge + 0.006,
-                "a sphere of joint {} sticks out by {out} m",
-                sphere.joint.index()
+                out <= most,
+                "a sphere of {:?} sticks out by {out} m",
+                sphere.joint
             );
         }
     }
@@ -131,20 +134,16 @@ fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
 #[test]
 fn a_fit_that_misses_by_far_names_the_joint() {
     let skeleton = skeleton();
-    let pose = BindPose::rest(&skeleton);
-    let mesh = man(&pose, &skeleton);
+    let (pose, mesh) = at_rest(&skeleton);
     let settings = FitSettings {
         most_spheres: 1,
         ..FitSettings::default()
     };
     let (_, report) = fit_body(&pose, &mesh, &settings).unwrap();
     let misfits = report.misfits(&settings);
-    assert!(
-        misfits
-            .iter()
-            .any(|misfit| misfit.contains("the mesh sticks out of the spheres")),
-        "{misfits:?}"
-    );
+    let said = "the mesh sticks out of the spheres";
+    let is_said = misfits.iter().any(|misfit| misfit.contains(said));
+    assert!(is_said, "{misfits:?}");
     for joint in &report.joints {
         let misses = joint.mesh_out_max > 2.0 * settings.cover + report.spacing
             || joint.spheres_out_max > 2.0 * settings.bulge + report.spacing;
@@ -157,27 +156,19 @@ fn a_fit_that_misses_by_far_names_the_joint() {
 #[test]
 fn a_man_of_tubes_is_covered_and_not_puffed_up() {
     let skeleton = skeleton();
-    let pose = BindPose::rest(&skeleton);
-    let mesh = man(&pose, &skeleton);
+    let (pose, mesh) = at_rest(&skeleton);
     let (body, report) = fitted(&mesh, &pose);
     let settings = FitSettings::default();
     let worst = report.worst();
     println!("{report:#?}\n{worst:?}");
-    assert!(
-        !worst.limited && worst.mesh_out_max <= settings.cover + 1e-5,
-        "{worst:?}"
-    );
-    assert!(
-        worst.mesh_out_mean < 0.005 && worst.spheres_out_mean <= settings.bulge,
-        "{worst:?}"
-    );
+    let is_covered = !worst.limited && worst.mesh_out_max <= settings.cover + 1e-5;
+    assert!(is_covered && worst.mesh_out_mean < 0.005, "{worst:?}");
+    assert!(worst.spheres_out_mean <= settings.bulge, "{worst:?}");
     assert!(body.spheres.len() < 120, "{} spheres", body.spheres.len());
     for place in places(&mesh, 20) {
         let out = outside_of(&body, pose.joints(), place);
-        assert!(
-            out <= worst.mesh_out_max + report.spacing,
-            "{place} is {out} m outside of all spheres"
-        );
+        let most = worst.mesh_out_max + report.spacing;
+        assert!(out <= most, "{place} is {out} m outside of all spheres");
     }
     // Independently of winding numbers: the tubes are known.
     // 16 sides of a tube leave 2% of its radius, the points between which a ball stands some more.
@@ -192,21 +183,14 @@ fn a_man_of_tubes_is_covered_and_not_puffed_up() {
 #[test]
 fn the_same_mesh_gives_the_same_spheres_inside_out_too() {
     let skeleton = skeleton();
-    let pose = BindPose::rest(&skeleton);
-    let mesh = man(&pose, &skeleton);
+    let (pose, mesh) = at_rest(&skeleton);
     let first = fitted(&mesh, &pose);
     assert_eq!(fitted(&mesh, &pose), first);
-    let turned = mesh
-        .triangles()
-        .iter()
-        .map(|&[a, b, c]| [a, c, b])
-        .collect();
-    let inside_out = Mesh::new(mesh.positions().to_vec(), turned, Vec::new()).unwrap();
+    let turned = mesh.triangles().iter().map(|&[a, b, c]| [a, c, b]);
+    let inside_out = Mesh::new(mesh.positions().to_vec(), turned.collect(), Vec::new()).unwrap();
     let (body, report) = fitted(&inside_out, &pose);
-    assert!(
-        (report.border - first.1.border).abs() < 0.01,
-        "inside is inside, whatever the normals say"
-    );
+    // Inside is inside, whatever the normals say.
+    assert!((report.border - first.1.border).abs() < 0.01);
     assert!(report.worst().mesh_out_max <= 0.02 + 1e-5 && body.spheres.len() < 120);
 }
 
@@ -225,24 +209,15 @@ fn a_group_named_like_a_joint_goes_there_and_nothing_else_does() {
     let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
     let (body, _) = fitted(&mesh, &pose);
     let near = |middle: Vec3| {
-        let here = |sphere: &&sabaki::maps::BodySphere| {
-            sphere.centre(pose.joints()).distance(middle) < 0.03
-        };
-        let joints: Vec<_> = body
-            .spheres
-            .iter()
-            .filter(here)
-            .map(|sphere| sphere.joint)
-            .collect();
+        let here = |sphere: &&BodySphere| sphere.centre(pose.joints()).distance(middle) < 0.03;
+        let joints = body.spheres.iter().filter(here).map(|sphere| sphere.joint);
+        let joints: Vec<JointId> = joints.collect();
         assert!(!joints.is_empty());
         joints
     };
-    assert!(near(middle).iter().all(|&joint| joint == hand));
-    assert!(
-        near(middle + Vec3::Y * 0.6)
-            .iter()
-            .all(|&joint| joint != hand)
-    );
+    let (shield, other) = (near(middle), near(middle + Vec3::Y * 0.6));
+    assert!(shield.iter().all(|&joint| joint == hand));
+    assert!(other.iter().all(|&joint| joint != hand));
 }
 
 /// The figure is fitted in one frame and covers the figure of another: spheres move as the bones do.
@@ -258,10 +233,7 @@ fn a_mesh_fitted_in_a_frame_of_a_clip_moves_with_the_bones() {
         let places = places(&man(&pose, skeleton), 4);
         let covered = |&&place: &&Vec3| outside_of(&body, pose.joints(), place) <= 0.03;
         let share = places.iter().filter(covered).count() as f32 / places.len() as f32;
-        assert!(
-            share > 0.97,
-            "frame {frame}: {share} of the mesh is covered"
-        );
+        assert!(share > 0.97, "frame {frame}: {share} of it is covered");
     }
     let error = BindPose::of_frame(skeleton, clip, clip.frames()).unwrap_err();
     assert!(error.to_string().contains(clip.name()), "{error}");
@@ -270,8 +242,7 @@ fn a_mesh_fitted_in_a_frame_of_a_clip_moves_with_the_bones() {
 #[test]
 fn a_mesh_can_be_stood_where_the_skeleton_stands() {
     let skeleton = skeleton();
-    let pose = BindPose::rest(&skeleton);
-    let mesh = man(&pose, &skeleton);
+    let (pose, mesh) = at_rest(&skeleton);
     let (low, high) = mesh.bounds();
     // As programs write a figure: the origin between the soles.
     let away = JointTransform {
@@ -284,9 +255,9 @@ fn a_mesh_can_be_stood_where_the_skeleton_stands() {
         ..away
     };
     let stood = moved.placed(1.0, back).unwrap().bounds();
-    assert!(
-        (stood.0 - low).abs().max_element() < 0.1 && (stood.1 - high).abs().max_element() < 0.1
-    );
+    for away in [stood.0 - low, stood.1 - high] {
+        assert!(away.abs().max_element() < 0.1, "{away}");
+    }
 }
 
 /// The zero pose of these captures is none that a person could take: the mesh stands in a frame.
@@ -294,8 +265,7 @@ fn a_mesh_can_be_stood_where_the_skeleton_stands() {
 #[ignore = "needs SABAKI_MOCAP"]
 fn captures_without_a_t_pose_are_bound_in_a_frame() {
     let path = sabaki_fixtures::captures::mocap("fight/Male2_A1_Stand.bvh");
-    let set =
-        sabaki_import::read_clips(&[path], None, &sabaki_import::ReadOptions::default()).unwrap();
+    let set = super::common::read(&path);
     let pose = BindPose::of_frame(&set.skeleton, &set.clips[0], 10).unwrap();
     let mesh = man(&pose, &set.skeleton);
     let (body, report) = fitted(&mesh, &pose);

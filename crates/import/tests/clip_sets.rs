@@ -1,14 +1,16 @@
 //! The meaning of a set of captures does not depend on joint names or on the start of its clips.
 //! Sets that cannot be interpreted cause a warning.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, Facing, Joint, Skeleton};
 use sabaki::maps::Body;
 use sabaki_fixtures::clips;
-use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, gltf, read_clips};
+use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, read_clips};
+use serde_json::{Value, json};
+
+use super::common::{refusal, write_glb, written};
 
 /// Names of a pelvis, two legs, a trunk with a head and two arms.
 type Names<'a> = [&'a str; 8];
@@ -52,19 +54,14 @@ fn skeleton(names: &Names) -> Skeleton {
 #[test]
 fn sides_are_known_by_the_names_of_many_programs() {
     let plain = skeleton(&PLAIN);
-    let (body, facing) = (
-        Body::from_bones(&plain),
-        Facing::of(&plain).placement(&clips::at_rest(&plain, Vec3::Y)),
-    );
+    let body = Body::from_bones(&plain);
+    let facing = Facing::of(&plain).placement(&clips::at_rest(&plain, Vec3::Y));
     for names in NAMED.lines() {
         let named: Vec<&str> = names.split(", ").collect();
         let named = skeleton(&named.try_into().unwrap());
         assert_eq!(Body::from_bones(&named), body, "{names}");
-        let twins = |skeleton: &Skeleton| {
-            skeleton
-                .ids()
-                .map(|id| skeleton.mirror(id))
-                .collect::<Vec<_>>()
+        let twins = |skeleton: &Skeleton| -> Vec<_> {
+            skeleton.ids().map(|id| skeleton.mirror(id)).collect()
         };
         assert_eq!(twins(&named), twins(&plain), "{names}");
         let placement = Facing::of(&named).placement(&clips::at_rest(&named, Vec3::Y));
@@ -87,14 +84,9 @@ fn bvh(names: &Names, turn: f32) -> String {
 
 fn read(files: &[(&str, String)]) -> ClipSet {
     let folder = tempfile::tempdir().unwrap();
-    let paths: Vec<PathBuf> = files
-        .iter()
-        .map(|(name, text)| {
-            let path = folder.path().join(name);
-            std::fs::write(&path, text).unwrap();
-            path
-        })
-        .collect();
+    let paths = files.iter();
+    let paths = paths.map(|(name, text)| written(folder.path(), name, text));
+    let paths: Vec<PathBuf> = paths.collect();
     read_clips(&paths, None, &ReadOptions::default()).unwrap()
 }
 
@@ -157,15 +149,11 @@ fn a_rig_that_its_root_turns_upright_stands() {
     };
     let folder = tempfile::tempdir().unwrap();
     for (turn, axis) in [(-90.0f32, None), (0.0, Some("+Z")), (90.0, Some("-Y"))] {
-        let path = folder.path().join("rig.glb");
-        let mut file = std::fs::File::create(&path).unwrap();
         let clip = clip(Quat::from_rotation_x(turn.to_radians()));
-        gltf::write(&mut file, &skeleton, &[clip], &[]).unwrap();
-        let set = read_clips(&[path], None, &ReadOptions::default()).unwrap();
-        let told = set
-            .warnings
-            .iter()
-            .find(|note| note.contains("stand along"));
+        let path = write_glb(folder.path(), "rig.glb", &skeleton, &[clip], &[]);
+        let set = super::common::read(&path);
+        let mut warnings = set.warnings.iter();
+        let told = warnings.find(|note| note.contains("stand along"));
         match axis {
             None => assert_eq!(told, None, "{turn}"),
             Some(axis) => assert!(told.unwrap().contains(axis), "{turn}: {told:?}"),
@@ -186,18 +174,15 @@ fn folded() -> String {
 #[test]
 fn clips_with_the_same_bones_have_one_scale() {
     let alone = read(&[("folded.bvh", folded())]);
-    assert_ne!(
-        alone.scales[0].found,
-        ScaleSource::Unit(LengthUnit::Centimetre)
-    );
+    let centimetres = ScaleSource::Unit(LengthUnit::Centimetre);
+    assert_ne!(alone.scales[0].found, centimetres);
     for files in [
         [("a.bvh", folded()), ("b.bvh", bvh(&LIMBS, 0.0))],
         [("a.bvh", bvh(&LIMBS, 0.0)), ("b.bvh", folded())],
     ] {
         let set = read(&files);
-        for scale in &set.scales {
-            assert_eq!(scale.found, ScaleSource::Unit(LengthUnit::Centimetre));
-        }
+        let found = set.scales.iter().map(|scale| scale.found);
+        assert!(found.eq([centimetres; 2]));
         assert_eq!(set.warnings, Vec::<String>::new());
     }
 }
@@ -223,13 +208,9 @@ fn untidy_folder() -> tempfile::TempDir {
         ("g.bvh", &good),
     ];
     for (name, text) in files {
-        std::fs::write(folder.path().join(name), text).unwrap();
+        written(folder.path(), name, text);
     }
-    let events = r#"{ "clips": [
-        { "file": "c.bvh", "events": [{ "kind": "evasion", "start": 0.0, "end": 0.02 }] },
-        { "file": "d.bvh", "events": [{ "kind": "evasion", "start": 0.0, "end": 0.02 }] }
-    ] }"#;
-    std::fs::write(folder.path().join("events.json"), events).unwrap();
+    events_for(folder.path(), &["c.bvh", "d.bvh"]);
     folder
 }
 
@@ -277,11 +258,18 @@ fn the_largest_group_is_read_and_the_rest_is_left_out() {
 }
 
 /// A glTF file with still animations of this figure, by their names, with the root at a place.
-fn write_gltf(path: &Path, skeleton: &Skeleton, animations: &[(&str, Vec3)]) {
+fn write_gltf(folder: &Path, name: &str, skeleton: &Skeleton, animations: &[(&str, Vec3)]) {
     let clip =
         |&(name, root): &(&str, Vec3)| clips::still_clip(skeleton, name, 30.0, vec![root; 3]);
     let clips: Vec<Clip> = animations.iter().map(clip).collect();
-    gltf::write(&mut File::create(path).unwrap(), skeleton, &clips, &[]).unwrap();
+    write_glb(folder, name, skeleton, &clips, &[]);
+}
+
+/// Writes the figure under some names.
+fn write_figures(folder: &Path, names: &[&str]) {
+    for name in names {
+        written(folder, name, bvh(&LIMBS, 0.0));
+    }
 }
 
 #[test]
@@ -292,10 +280,8 @@ fn the_largest_group_is_that_of_most_files() {
         ("Run", 2.0 * Vec3::Y),
         ("Idle", 3.0 * Vec3::Y),
     ];
-    write_gltf(&folder.path().join("a.glb"), &skeleton(&PLAIN), &animations);
-    for name in ["b.bvh", "c.bvh"] {
-        std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
-    }
+    write_gltf(folder.path(), "a.glb", &skeleton(&PLAIN), &animations);
+    write_figures(folder.path(), &["b.bvh", "c.bvh"]);
     let read = |paths: &[PathBuf]| {
         let set = read_clips(paths, None, &keep_going()).unwrap();
         let names = set.clips.iter().map(|clip| clip.name().to_owned());
@@ -310,26 +296,20 @@ fn the_largest_group_is_that_of_most_files() {
 
 /// An events file with an evasion for each of these names.
 fn events_for(folder: &Path, names: &[&str]) -> PathBuf {
-    let entry = |name: &&str| {
-        format!(
-            r#"{{"file": "{name}", "events": [{{"kind": "evasion", "start": 0.0, "end": 0.02}}]}}"#
-        )
-    };
-    let entries: Vec<String> = names.iter().map(entry).collect();
-    let path = folder.join("events.json");
-    std::fs::write(&path, format!("{{\"clips\": [{}]}}", entries.join(","))).unwrap();
-    path
+    let events = json!([{ "kind": "evasion", "start": 0.0, "end": 0.02 }]);
+    let entries = names
+        .iter()
+        .map(|name| json!({ "file": name, "events": events }));
+    let clips: Vec<Value> = entries.collect();
+    written(folder, "events.json", json!({ "clips": clips }).to_string())
 }
 
 #[test]
 fn events_of_the_animations_of_a_file_are_left_out_with_it() {
     let folder = tempfile::tempdir().unwrap();
     let animations = [("Walk", Vec3::Y), ("a/Run", 2.0 * Vec3::Y)];
-    let fox = folder.path().join("Fox.glb");
-    write_gltf(&fox, &skeleton(&PLAIN), &animations);
-    for name in ["a.bvh", "b.bvh", "c.bvh"] {
-        std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
-    }
+    write_gltf(folder.path(), "Fox.glb", &skeleton(&PLAIN), &animations);
+    write_figures(folder.path(), &["a.bvh", "b.bvh", "c.bvh"]);
     let paths = [folder.path().to_owned()];
     let names = ["Fox.glb:Walk", "b.bvh", "clips/Fox.glb:a/Run", "Fox.glb"];
     let events = events_for(folder.path(), &names);
@@ -339,8 +319,8 @@ fn events_of_the_animations_of_a_file_are_left_out_with_it() {
     assert_eq!(set.clips[set.events[0].clip].name(), "b.bvh");
     // Names of clips that never were are errors, as ever.
     let events = events_for(folder.path(), &["Fix.glb:Walk"]);
-    let refused = read_clips(&paths, Some(&events), &keep_going()).unwrap_err();
-    assert!(refused.to_string().contains("no such clip"), "{refused}");
+    let refused = refusal(read_clips(&paths, Some(&events), &keep_going()));
+    assert!(refused.contains("no such clip"), "{refused}");
 }
 
 #[test]
@@ -355,10 +335,8 @@ fn events_of_an_animation_that_is_read_are_kept() {
     });
     let half = Skeleton::new(joints.collect()).unwrap();
     let animations = [("near", Vec3::Y), ("far", Vec3::new(600e3, 1.0, 0.0))];
-    write_gltf(&folder.path().join("half.glb"), &half, &animations);
-    for name in ["a.bvh", "b.bvh"] {
-        std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
-    }
+    write_gltf(folder.path(), "half.glb", &half, &animations);
+    write_figures(folder.path(), &["a.bvh", "b.bvh"]);
     let options = ReadOptions {
         retarget: true,
         ..keep_going()
@@ -367,11 +345,8 @@ fn events_of_an_animation_that_is_read_are_kept() {
     let paths = [folder.path().to_owned()];
     let set = read_clips(&paths, Some(&events), &options).unwrap();
     assert_eq!(set.left_out.len(), 1, "{:?}", set.left_out);
-    assert!(
-        set.left_out[0].contains("within 1000000 m"),
-        "{:?}",
-        set.left_out
-    );
+    let left_out = &set.left_out[0];
+    assert!(left_out.contains("within 1000000 m"), "{left_out}");
     let names: Vec<&str> = set.clips.iter().map(Clip::name).collect();
     assert_eq!(names, ["a.bvh", "b.bvh", "half.glb:near"]);
     assert_eq!(set.events.len(), 1);

@@ -12,6 +12,8 @@ use sabaki_import::gltf::{self, GltfFile};
 use sabaki_import::{ReadOptions, ScaleSource, read_clip, read_clips, read_motions};
 use serde_json::{Value, json};
 
+use super::common::{bytes_of, read, refusal, written};
+
 fn parse(bytes: &[u8]) -> GltfFile {
     GltfFile::parse(bytes, |file| panic!("{} is not asked for", file.display())).unwrap()
 }
@@ -47,8 +49,8 @@ fn random_motions_come_back() {
 #[ignore = "needs SABAKI_MOCAP"]
 fn the_samples_are_read_as_they_are() {
     // The fox has two joints above its hips, of which nothing else hangs.
-    for (name, joints, animations, frames) in [("CesiumMan.glb", 19, 1, 49), ("Fox.glb", 22, 3, 83)]
-    {
+    let samples = [("CesiumMan.glb", 19, 1, 49), ("Fox.glb", 22, 3, 83)];
+    for (name, joints, animations, frames) in samples {
         let path = mocap("gltf").join(name);
         let motions = read_motions(&path, &ReadOptions::default()).unwrap();
         assert_eq!(motions.len(), animations);
@@ -60,14 +62,14 @@ fn the_samples_are_read_as_they_are() {
         if animations == 1 {
             assert_eq!(first.clip.name(), "CesiumMan.glb");
             assert_eq!(read_clip(&path, &ReadOptions::default()).unwrap(), *first);
-            let stature = sabaki_import::stature(&first.skeleton, &pose_of(&first.clip));
+            let mut pose = Pose::default();
+            first.clip.pose(0, &mut pose);
+            let stature = sabaki_import::stature(&first.skeleton, &pose);
             assert!((1.2..1.9).contains(&stature), "{stature} m");
         } else {
             let names: Vec<&str> = motions.iter().map(|motion| motion.clip.name()).collect();
             assert_eq!(names, ["Fox.glb:Survey", "Fox.glb:Walk", "Fox.glb:Run"]);
-            let error = read_clip(&path, &ReadOptions::default())
-                .unwrap_err()
-                .to_string();
+            let error = refusal(read_clip(&path, &ReadOptions::default()));
             assert!(error.ends_with("it holds several motions: \"Fox.glb:Survey\", \"Fox.glb:Walk\", \"Fox.glb:Run\""), "{error}");
             let options = ReadOptions {
                 scale: Some(0.01),
@@ -80,12 +82,6 @@ fn the_samples_are_read_as_they_are() {
             assert!(scaled.distance(expected) < 1e-6);
         }
     }
-}
-
-fn pose_of(clip: &Clip) -> Pose {
-    let mut pose = Pose::default();
-    clip.pose(0, &mut pose);
-    pose
 }
 
 /// A buffer, and a document that has it in itself.
@@ -105,8 +101,7 @@ impl Builder {
         self.views.len() - 1
     }
 
-    fn add(&mut self, bytes: &[u8], accessor: Value) -> usize {
-        let mut accessor = accessor;
+    fn add(&mut self, bytes: &[u8], mut accessor: Value) -> usize {
         accessor["bufferView"] = json!(self.view(bytes));
         self.accessors.push(accessor);
         self.accessors.len() - 1
@@ -118,14 +113,9 @@ impl Builder {
             "VEC3" => 3,
             _ => 4,
         };
-        let bytes: Vec<u8> = values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect();
-        self.add(
-            &bytes,
-            json!({ "componentType": 5126, "count": values.len() / width, "type": kind }),
-        )
+        let count = values.len() / width;
+        let accessor = json!({ "componentType": 5126, "count": count, "type": kind });
+        self.add(&bytes_of(values), accessor)
     }
 
     /// Root and one child a metre above it, the child moved by one channel.
@@ -145,19 +135,15 @@ impl Builder {
     }
 
     pub(crate) fn animated(&self, nodes: Value, animations: Vec<Value>) -> Value {
+        let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
         json!({
             "asset": { "version": "2.0" },
             "nodes": nodes,
             "animations": animations,
             "accessors": self.accessors,
             "bufferViews": self.views,
-            "buffers": [{ "byteLength": self.bytes.len(), "uri": self.uri() }],
+            "buffers": [{ "byteLength": self.bytes.len(), "uri": format!("data:application/octet-stream;base64,{text}") }],
         })
-    }
-
-    fn uri(&self) -> String {
-        let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
-        format!("data:application/octet-stream;base64,{text}")
     }
 }
 
@@ -175,77 +161,47 @@ fn steps_hold_and_splines_follow_their_tangents() {
     let (_, clip) = clip_of(&builder.document("translation", "STEP", times, places));
     assert_eq!(clip.frames(), 5);
     let heights = |clip: &Clip| -> Vec<f32> {
-        clip.desc()
-            .translations
-            .chunks(2)
-            .map(|pair| pair[1].y)
-            .collect()
+        let places = clip.desc().translations;
+        places.chunks(2).map(|pair| pair[1].y).collect()
     };
     assert_eq!(heights(&clip), [1.0, 2.0, 2.0, 2.0, 4.0]);
     let (_, clip) = clip_of(&builder.document("translation", "LINEAR", times, places));
-    for (found, expected) in
-        heights(&clip)
-            .iter()
-            .zip([1.0, 2.0, 2.0 + 2.0 / 3.0, 2.0 + 4.0 / 3.0, 4.0])
-    {
+    let expected = [1.0, 2.0, 2.0 + 2.0 / 3.0, 2.0 + 4.0 / 3.0, 4.0];
+    for (found, expected) in heights(&clip).iter().zip(expected) {
         assert!((found - expected).abs() < 1e-5);
     }
     // Tangent, value, tangent: a parabola y = 1 + 10 t + 5 t², whose spline is exact.
+    let height = |t: f32| 1.0 + 10.0 * t + 5.0 * t * t;
     let key = |t: f32| {
-        [
-            0.0,
-            10.0 + 10.0 * t,
-            0.0,
-            0.0,
-            1.0 + 10.0 * t + 5.0 * t * t,
-            0.0,
-            0.0,
-            10.0 + 10.0 * t,
-            0.0,
-        ]
+        let tangent = 10.0 + 10.0 * t;
+        [tangent, height(t), tangent]
+            .map(|y| [0.0, y, 0.0])
+            .concat()
     };
     let splines: Vec<f32> = [0.0, 0.1, 0.4].into_iter().flat_map(key).collect();
     let splines = builder.floats("VEC3", &splines);
     let (_, clip) = clip_of(&builder.document("translation", "CUBICSPLINE", times, splines));
     for (frame, found) in heights(&clip).iter().enumerate() {
         let t = frame as f32 * 0.1;
-        assert!(
-            (found - (1.0 + 10.0 * t + 5.0 * t * t)).abs() < 1e-4,
-            "{frame}: {found}"
-        );
+        assert!((found - height(t)).abs() < 1e-4, "{frame}: {found}");
     }
 }
 
 #[test]
 fn rotations_may_be_normalised_integers() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    for (component, size, bytes) in [
-        (
-            5122,
-            2,
-            [0i16, 0, 0, 32767, 23170, 0, 0, 23170]
-                .map(i16::to_le_bytes)
-                .concat(),
-        ),
-        (
-            5120,
-            1,
-            [0i8, 0, 0, 127, 90, 0, 0, 90].map(|v| v as u8).to_vec(),
-        ),
-        (
-            5123,
-            2,
-            [0u16, 0, 0, 65535, 46341, 0, 0, 46341]
-                .map(u16::to_le_bytes)
-                .concat(),
-        ),
-        (5121, 1, vec![0, 0, 0, 255, 180, 0, 0, 180]),
+    let shorts = [0i16, 0, 0, 32767, 23170, 0, 0, 23170].map(i16::to_le_bytes);
+    let words = [0u16, 0, 0, 65535, 46341, 0, 0, 46341].map(u16::to_le_bytes);
+    for (component, bytes) in [
+        (5122, shorts.as_flattened()),
+        (5120, &[0, 0, 0, 127, 90, 0, 0, 90]),
+        (5123, words.as_flattened()),
+        (5121, &[0, 0, 0, 255, 180, 0, 0, 180]),
     ] {
         let mut builder = Builder::default();
         let turns =
             json!({ "componentType": component, "count": 2, "type": "VEC4", "normalized": true });
-        let turns = builder.add(&bytes, turns);
-        assert_eq!(bytes.len(), 8 * size);
+        let turns = builder.add(bytes, turns);
         let times = builder.floats("SCALAR", &[0.0, 0.5]);
         let (_, clip) = clip_of(&builder.document("rotation", "LINEAR", times, turns));
         assert_eq!(clip.frames(), 2);
@@ -265,11 +221,11 @@ fn sparse_accessors_replace_elements_of_a_view_or_of_zeros() {
             let mut builder = Builder::default();
             let times = builder.floats("SCALAR", &[0.0, 0.1, 0.2]);
             let places = builder.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0]);
-            let own = [0.0f32, 7.0, 0.0, 0.0, 9.0, 0.0].map(f32::to_le_bytes);
+            let own = bytes_of(&[0.0, 7.0, 0.0, 0.0, 9.0, 0.0]);
             let sparse = json!({
                 "count": 2,
                 "indices": { "bufferView": builder.view(&indices), "componentType": component },
-                "values": { "bufferView": builder.view(own.as_flattened()) },
+                "values": { "bufferView": builder.view(&own) },
             });
             builder.accessors[places]["sparse"] = sparse;
             if !has_view {
@@ -305,21 +261,12 @@ fn scale_and_what_stands_above_the_root_go_into_places() {
     ];
     document["nodes"][2] = json!({ "children": [0], "matrix": columns });
     let (same, again) = clip_of(&document);
-    assert!(
-        same.joints()[1]
-            .offset
-            .distance(skeleton.joints()[1].offset)
-            < 1e-6
-    );
+    let tip = skeleton.joints()[1].offset;
+    assert!(same.joints()[1].offset.distance(tip) < 1e-6);
     assert!(again.desc().roots[0].distance(clip.desc().roots[0]) < 1e-6);
     assert!(again.desc().rotations[0].angle_between(clip.desc().rotations[0]) < 1e-3);
     // The tip is 3 · 0.5 m from the root along the root's Y, the root 0.5 m along what was Y and is -Z now.
-    assert!(
-        skeleton.joints()[1]
-            .offset
-            .distance(Vec3::new(0.0, 1.5, 0.0))
-            < 1e-6
-    );
+    assert!(tip.distance(Vec3::new(0.0, 1.5, 0.0)) < 1e-6);
     assert!(clip.desc().roots[0].distance(Vec3::new(0.0, 0.0, -0.5)) < 1e-6);
     assert!(clip.desc().translations.is_empty());
     let up = clip.desc().rotations[0] * Vec3::Z;
@@ -334,17 +281,11 @@ fn without_a_skin_what_is_animated_is_the_skeleton() {
     let mut document = builder.document("rotation", "LINEAR", times, turns);
     document.as_object_mut().unwrap().remove("skins");
     document["nodes"][1]["children"] = json!([2]);
-    document["nodes"]
-        .as_array_mut()
-        .unwrap()
-        .push(json!({ "name": "tip_End", "translation": [0, 0, 1] }));
+    let nodes = document["nodes"].as_array_mut().unwrap();
+    nodes.push(json!({ "name": "tip_End", "translation": [0, 0, 1] }));
     let (skeleton, clip) = clip_of(&document);
-    let names: Vec<&str> = skeleton
-        .joints()
-        .iter()
-        .map(|joint| joint.name.as_str())
-        .collect();
-    assert_eq!(names, ["arm", "tip_End"]);
+    let names = skeleton.joints().iter().map(|joint| joint.name.as_str());
+    assert!(names.eq(["arm", "tip_End"]));
     assert_eq!(skeleton.joints()[1].kind, JointKind::EndSite);
     // The root's frame is that of the node above: it stands 2 m high.
     assert!(clip.desc().roots[0].distance(Vec3::new(0.0, 2.0, 0.0)) < 1e-6);
@@ -360,34 +301,25 @@ fn buffers_may_lie_in_files_beside() {
     document["buffers"][0]["uri"] = json!("data/my%20keys.bin");
     std::fs::create_dir(folder.path().join("data")).unwrap();
     std::fs::write(folder.path().join("data/my keys.bin"), &builder.bytes).unwrap();
-    let path = folder.path().join("arm.GLTF");
-    std::fs::write(&path, document.to_string()).unwrap();
+    let path = written(folder.path(), "arm.GLTF", document.to_string());
     let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
     assert_eq!((loaded.clip.name(), loaded.clip.frames()), ("arm.GLTF", 2));
 
     // A folder of clips takes it too.
-    let set = read_clips(&[folder.path().to_owned()], None, &ReadOptions::default()).unwrap();
-    assert_eq!(set.clips.len(), 1);
+    assert_eq!(read(folder.path()).clips.len(), 1);
 
     std::fs::remove_file(folder.path().join("data/my keys.bin")).unwrap();
-    let error = read_clip(&path, &ReadOptions::default())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("arm.GLTF: buffer 0: ") && error.contains("my keys.bin"),
-        "{error}"
-    );
+    let error = refusal(read_clip(&path, &ReadOptions::default()));
+    let is_named = error.contains("arm.GLTF: buffer 0: ") && error.contains("my keys.bin");
+    assert!(is_named, "{error}");
 }
 
 /// The child is at x = k from key k on.
 fn stepping(times: &[f32]) -> Value {
     let mut builder = Builder::default();
     let places = (0..times.len()).flat_map(|key| [key as f32, 1.0, 0.0]);
-    let places: Vec<f32> = places.collect();
-    let (times, places) = (
-        builder.floats("SCALAR", times),
-        builder.floats("VEC3", &places),
-    );
+    let places = builder.floats("VEC3", &places.collect::<Vec<_>>());
+    let times = builder.floats("SCALAR", times);
     builder.document("translation", "STEP", times, places)
 }
 
@@ -435,29 +367,23 @@ fn channels_without_a_node_are_ignored() {
     let expected = parse(document.to_string().as_bytes());
     let mut pointing = document.clone();
     let pointer = json!({ "KHR_animation_pointer": { "pointer": "/materials/0/alphaCutoff" } });
+    let pointer = json!({ "sampler": 0, "target": { "path": "pointer", "extensions": pointer } });
     let channels = &mut pointing["animations"][0]["channels"];
     let channels = channels.as_array_mut().unwrap();
-    channels.insert(
-        0,
-        json!({ "sampler": 0, "target": { "path": "pointer", "extensions": pointer } }),
-    );
+    channels.insert(0, pointer);
     channels.push(json!({ "sampler": 0, "target": { "path": "translation" } }));
     let mut only_pointers = pointing["animations"][0].clone();
     only_pointers["channels"].as_array_mut().unwrap().remove(1);
-    pointing["animations"]
-        .as_array_mut()
-        .unwrap()
-        .push(only_pointers);
+    let animations = pointing["animations"].as_array_mut().unwrap();
+    animations.push(only_pointers);
     pointing["extensionsUsed"] = json!(["KHR_animation_pointer"]);
     let found = parse(pointing.to_string().as_bytes());
     assert_eq!(found.animations(), expected.animations());
-    assert_eq!(
-        found.notes(),
-        ["animation \"move_2\" moves no joint and is left out"]
-    );
+    let note = "animation \"move_2\" moves no joint and is left out";
+    assert_eq!(found.notes(), [note]);
     // Other errors of such a file are told as those of all files.
     pointing["nodes"] = json!(7);
     let text = pointing.to_string();
-    let error = GltfFile::parse(text.as_bytes(), |_| Err(String::new())).unwrap_err();
-    assert!(error.to_string().contains("invalid type"), "{error}");
+    let error = refusal(GltfFile::parse(text.as_bytes(), |_| Err(String::new())));
+    assert!(error.contains("invalid type"), "{error}");
 }

@@ -10,6 +10,7 @@ mod bvh_reference;
 mod bvh_round_trip;
 mod cases;
 mod clip_sets;
+mod common;
 mod corpora;
 mod events_file;
 mod export;

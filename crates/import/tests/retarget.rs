@@ -8,7 +8,9 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips;
-use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_clips};
+use sabaki_import::{ClipSet, FileError, ReadOptions, bvh, read_clips};
+
+use super::common::{refusal, refused_file, write_glb, written};
 
 const RETARGET: ReadOptions = ReadOptions {
     scale: None,
@@ -85,11 +87,9 @@ fn a_body_of_other_size_axes_and_names_moves_as_it_did() {
     let (other, clip) = disguised(&plain.skeleton, &plain.clips[0], 1.25);
     write(&file, &other, &clip);
     let paths = [files[0].clone(), files[1].clone(), file];
-    let refused = read_clips(&paths, None, &ReadOptions::default()).unwrap_err();
-    assert!(
-        matches!(refused, ReadError::SkeletonDiffers { .. }),
-        "{refused}"
-    );
+    let (_, error) = refused_file(read_clips(&paths, None, &ReadOptions::default()));
+    let is_named = matches!(error, FileError::SkeletonDiffers { .. });
+    assert!(is_named, "{error}");
 
     let set = read_clips(&paths, None, &RETARGET).unwrap();
     assert_eq!((set.clips.len(), &set.skeleton), (3, &plain.skeleton));
@@ -104,11 +104,9 @@ fn a_body_of_other_size_axes_and_names_moves_as_it_did() {
     // The file has two digits of a centimetre and of a degree.
     assert!(most < 4e-3, "{most} m");
     let note = note(&set, "disguised.bvh");
-    assert!(
-        note.contains("22 of 22 joints") && note.contains("times 0.800"),
-        "{note}"
-    );
-    assert!(note.contains("0.0 cm from where"), "{note}");
+    for said in ["22 of 22 joints", "times 0.800", "0.0 cm from where"] {
+        assert!(note.contains(said), "{note}");
+    }
 }
 
 #[test]
@@ -147,16 +145,13 @@ fn captures_by_others_walk_on_the_same_skeleton() {
         for back in 0..=last.min(own_last) {
             let moved = positions(&set.skeleton, clip, last - back);
             let own = positions(&alone.skeleton, &alone.clips[0], own_last - back);
-            let away = pairs
-                .iter()
-                .map(|&(to, from)| moved[to].distance(scale * own[from]));
+            let away = pairs.iter();
+            let away = away.map(|&(to, from)| moved[to].distance(scale * own[from]));
             most = away.fold(most, f32::max);
         }
         // What the note says, and far less than a limb.
-        assert!(
-            (100.0 * most - number("on average, ")).abs() < 0.5,
-            "{note}: {most} m"
-        );
+        let said = number("on average, ");
+        assert!((100.0 * most - said).abs() < 0.5, "{note}: {most} m");
         assert!(number("joints are ") < 15.0 && most < 0.35, "{note}");
     }
 }
@@ -166,15 +161,13 @@ fn captures_by_others_walk_on_the_same_skeleton() {
 fn other_names_are_refused_and_told() {
     let (own, others) = captures();
     let paths = [&own[..], &[others.join("tpose.bvh")]].concat();
-    let refused = read_clips(&paths, None, &RETARGET).unwrap_err();
-    let ReadError::NotRetargeted { path, missing, .. } = &refused else {
-        panic!("{refused}");
+    let (path, error) = refused_file(read_clips(&paths, None, &RETARGET));
+    let FileError::NotRetargeted { missing, .. } = &error else {
+        panic!("{error}");
     };
-    assert_eq!(path, &paths[2]);
-    assert!(
-        missing.iter().any(|name| name == "LeftUpLeg"),
-        "{missing:?}"
-    );
+    assert_eq!(path, paths[2]);
+    let is_told = missing.iter().any(|name| name == "LeftUpLeg");
+    assert!(is_told, "{missing:?}");
     let set = read_clips(&paths, None, &KEEP_GOING).unwrap();
     assert_eq!((set.clips.len(), set.left_out.len()), (2, 1));
 }
@@ -277,10 +270,8 @@ fn put_on(to: &(Skeleton, Clip), from: &(Skeleton, Clip)) -> (String, f32) {
         let moved = positions(&set.skeleton, &set.clips[2], frame);
         let own = positions(&from.0, &from.1, frame);
         for (joint, place) in set.skeleton.joints().iter().zip(moved) {
-            let twin = from
-                .0
-                .find(&joint.name)
-                .filter(|_| joint.name != "Reference");
+            let twin = from.0.find(&joint.name);
+            let twin = twin.filter(|_| joint.name != "Reference");
             let away = twin.map(|twin| own[twin.index()].distance(place));
             most = most.max(away.unwrap_or(0.0));
         }
@@ -314,19 +305,16 @@ fn labelled(folder: &Path, joint: u16) -> [PathBuf; 3] {
         end: 0.125,
         joints: vec![JointId(joint)],
     };
-    let paths = ["a.bvh", "b.bvh", "other.glb"].map(|name| folder.join(name));
-    for path in &paths[..2] {
+    let [a, b] = ["a.bvh", "b.bvh"].map(|name| folder.join(name));
+    for path in [&a, &b] {
         write(path, &skeleton, &clip);
     }
     let clips = [Clip::new(&other, desc).unwrap()];
-    gltf::write(
-        &mut File::create(&paths[2]).unwrap(),
-        &other,
-        &clips,
-        &[event],
-    )
-    .unwrap();
-    paths
+    [
+        a,
+        b,
+        write_glb(folder, "other.glb", &other, &clips, &[event]),
+    ]
 }
 
 #[test]
@@ -338,10 +326,9 @@ fn events_of_a_file_keep_their_joints() {
     assert_eq!((set.events.len(), event.clip, event.start), (1, 2, 0.05));
     assert_eq!(set.skeleton.joint(event.joints[0]).name, "RightFoot");
     // The events file has the word here too, and the names of the set's skeleton.
-    let beside = folder.path().join("events.json");
     let text = r#"{"clips":[{"file":"other.glb","events":[{"kind":"attack","start":0.0,"end":0.1,"joints":["Head"]}]},
         {"file":"a.bvh","events":[{"kind":"evasion","start":0.0,"end":0.1}]}]}"#;
-    std::fs::write(&beside, text).unwrap();
+    let beside = written(folder.path(), "events.json", text);
     let set = read_clips(&paths, Some(&beside), &RETARGET).unwrap();
     let clips: Vec<usize> = set.events.iter().map(|event| event.clip).collect();
     assert_eq!(clips, [0, 2]);
@@ -352,33 +339,27 @@ fn events_of_a_file_keep_their_joints() {
 fn a_file_with_an_event_of_a_joint_that_the_others_lack_is_refused_by_its_own_name() {
     let folder = tempfile::tempdir().unwrap();
     let paths = labelled(folder.path(), 7);
-    let beside = folder.path().join("events.json");
     let text =
         r#"{"clips":[{"file":"a.bvh","events":[{"kind":"evasion","start":0.0,"end":0.1}]}]}"#;
-    std::fs::write(&beside, text).unwrap();
-    let refused = read_clips(&paths, Some(&beside), &RETARGET).unwrap_err();
-    let ReadError::Contents { path, .. } = &refused else {
-        panic!("{refused}");
-    };
-    assert_eq!(path, &paths[2]);
+    let beside = written(folder.path(), "events.json", text);
+    let (path, error) = refused_file(read_clips(&paths, Some(&beside), &RETARGET));
+    assert_eq!(path, paths[2]);
     let problem = "the skeleton has no joint \"mixamorig:Tail\"";
-    assert!(refused.to_string().ends_with(problem), "{refused}");
+    assert!(error.to_string().ends_with(problem), "{error}");
     let set = read_clips(&paths, Some(&beside), &KEEP_GOING).unwrap();
     assert_eq!((set.clips.len(), set.events.len()), (2, 1));
     let [left_out] = &set.left_out[..] else {
         panic!("{:?}", set.left_out);
     };
-    assert!(
-        left_out.contains("other.glb: ") && left_out.ends_with(problem),
-        "{left_out}"
-    );
+    let is_named = left_out.contains("other.glb: ") && left_out.ends_with(problem);
+    assert!(is_named, "{left_out}");
     // Alone, there is nothing to go on with.
-    let wrong = folder.path().join("wrong.glb");
     let bytes = std::fs::read(&paths[2]).unwrap();
     let at = bytes.windows(5).position(|word| word == b"0.125").unwrap();
-    std::fs::write(&wrong, [&bytes[..at], b"9.125", &bytes[at + 5..]].concat()).unwrap();
-    let refused = read_clips(&[wrong], None, &KEEP_GOING).unwrap_err();
-    assert!(refused.to_string().contains("ends at 9.125 s"), "{refused}");
+    let wrong = [&bytes[..at], b"9.125", &bytes[at + 5..]].concat();
+    let wrong = written(folder.path(), "wrong.glb", wrong);
+    let refused = refusal(read_clips(&[wrong], None, &KEEP_GOING));
+    assert!(refused.contains("ends at 9.125 s"), "{refused}");
 }
 
 #[test]
@@ -406,11 +387,8 @@ fn wraps_without_change(person: (Skeleton, Clip), joints: usize) {
     write(&path, &above.0, &above.1);
     let read = read_clips(&[path], None, &CENTIMETRES).unwrap();
     assert_eq!(read.skeleton.joint(JointId::ROOT).name, "Hips");
-    let moving = read
-        .skeleton
-        .joints()
-        .iter()
-        .filter(|joint| joint.kind == JointKind::Moving);
+    let all = read.skeleton.joints().iter();
+    let moving = all.filter(|joint| joint.kind == JointKind::Moving);
     assert_eq!(moving.count(), joints);
     assert!(!read.clips[0].moves_joints());
 }
@@ -423,9 +401,7 @@ fn a_root_of_another_name_is_not_counted_as_found_by_name() {
     let other = (Skeleton::new(joints).unwrap(), person.1.clone());
     let (note, most) = put_on(&person, &other);
     assert!(note.contains("6 of 7 joints by name"), "{note}");
-    assert!(
-        note.ends_with("; its root \"pelvis\" is taken for \"Hips\""),
-        "{note}"
-    );
+    let end = "; its root \"pelvis\" is taken for \"Hips\"";
+    assert!(note.ends_with(end), "{note}");
     assert!(most < 1e-3, "{most} m: {note}");
 }

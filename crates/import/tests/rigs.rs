@@ -9,7 +9,9 @@ use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::{BakeSettings, Baker, Body};
 use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
 use sabaki_fixtures::files::below_root;
-use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_bvh, read_clip, read_clips};
+use sabaki_import::{ClipSet, FileError, ReadOptions, bvh, read_bvh, read_clip, read_clips};
+
+use super::common::{read, refusal, refused_file, write_glb, written};
 
 /// A small file of this test.
 fn case(name: &str) -> PathBuf {
@@ -17,8 +19,30 @@ fn case(name: &str) -> PathBuf {
     folder.join(name)
 }
 
-fn read(path: PathBuf) -> ClipSet {
-    read_clips(&[path], None, &ReadOptions::default()).unwrap()
+/// The walking figure, and its file.
+fn walking() -> (ClipSet, String) {
+    let path = case("hips_root.bvh");
+    (read(&path), std::fs::read_to_string(path).unwrap())
+}
+
+/// The file of the walking figure with other frames, made from its own.
+fn with_frames(frames: impl Fn(Vec<&str>) -> Vec<String>) -> String {
+    let (_, text) = walking();
+    let lines: Vec<&str> = text.lines().collect();
+    let (head, motion) = lines.split_at(lines.iter().position(|line| *line == "MOTION").unwrap());
+    let frames = frames(motion[3..].to_vec());
+    let count = format!("MOTION\nFrames: {}\n{}", frames.len(), motion[2]);
+    [head.join("\n"), count, frames.join("\n")].join("\n")
+}
+
+fn numbers(line: &str) -> Vec<f64> {
+    let words = line.split_whitespace();
+    words.map(|word| word.parse().unwrap()).collect()
+}
+
+fn line(numbers: &[f64]) -> String {
+    let words: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+    words.join(" ")
 }
 
 /// Motion and skeleton are the same to the bit, whatever the files are called.
@@ -45,8 +69,8 @@ fn apart(a: &ClipSet, b: &ClipSet) -> f32 {
 
 #[test]
 fn a_still_joint_above_the_hips_changes_nothing() {
-    let plain = read(case("hips_root.bvh"));
-    let mut under = read(case("reference_root.bvh"));
+    let (plain, _) = walking();
+    let mut under = read(&case("reference_root.bvh"));
     assert_eq!(plain.scales[0].metres_per_unit, 0.01);
     // The place of the hips at rest is the only difference, and nothing reads it.
     let mut joints = under.skeleton.joints().to_vec();
@@ -62,15 +86,13 @@ fn a_still_joint_above_the_hips_changes_nothing() {
 
 #[test]
 fn bones_that_stand_in_the_frames_are_those_of_the_skeleton() {
-    let plain = read(case("hips_root.bvh"));
-    let zero = read(case("offsets_zero.bvh"));
+    let (plain, _) = walking();
+    let zero = read(&case("offsets_zero.bvh"));
     assert_eq!(zero.scales, plain.scales);
     let pairs = zero.skeleton.joints().iter().zip(plain.skeleton.joints());
     // The file does not say how long the bones without a joint at their end are.
-    for (zero, plain) in pairs
-        .skip(1)
-        .filter(|(zero, _)| zero.kind == JointKind::Moving)
-    {
+    let moving = |(zero, _): &(&Joint, &Joint)| zero.kind == JointKind::Moving;
+    for (zero, plain) in pairs.skip(1).filter(moving) {
         let away = zero.offset.distance(plain.offset);
         assert!(away < 1e-4, "{}: {away}", zero.name);
     }
@@ -89,7 +111,7 @@ fn bones_that_stand_in_the_frames_are_those_of_the_skeleton() {
 
 #[test]
 fn a_head_without_a_tip_has_a_sphere() {
-    let plain = read(case("hips_root.bvh")).skeleton;
+    let plain = walking().0.skeleton;
     let joints = plain.joints().iter().cloned();
     let moving = joints.filter(|joint| joint.kind == JointKind::Moving);
     let names: Vec<&str> = moving
@@ -115,33 +137,23 @@ fn a_head_without_a_tip_has_a_sphere() {
     };
     let (wanted, found) = (head(&plain), head(&bare));
     assert!(wanted.offset.length() > 0.03, "{wanted:?}");
-    assert!(
-        found.offset.distance(wanted.offset) < 0.05,
-        "{found:?} {wanted:?}"
-    );
-    assert!(
-        (found.radius - wanted.radius).abs() < 0.02,
-        "{found:?} {wanted:?}"
-    );
+    let away = found.offset.distance(wanted.offset);
+    let wider = (found.radius - wanted.radius).abs();
+    assert!(away < 0.05 && wider < 0.02, "{found:?} {wanted:?}");
 }
 
 #[test]
 fn figures_stand_on_the_ground() {
     let folder = tempfile::tempdir().unwrap();
-    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
-    let plain = read(case("hips_root.bvh"));
+    let (plain, text) = walking();
     assert_eq!(plain.warnings, Vec::<String>::new());
     // As programs write it whose root stays at the origin.
     let sunk = below_root(&text, |_| [0.0, 92.0, 0.0, 0.0, 0.0, 0.0]);
     let sunk = sunk.replace("\n0.0 92.0 0.0 ", "\n0.0 0.0 0.0 ");
-    let file = folder.path().join("sunk.bvh");
-    std::fs::write(&file, sunk).unwrap();
-    let sunk = read(file.clone());
-    assert!(
-        sunk.warnings[0].contains("m, which is taken for the ground"),
-        "{:?}",
-        sunk.warnings
-    );
+    let file = written(folder.path(), "sunk.bvh", sunk);
+    let sunk = read(&file);
+    let said = &sunk.warnings[0];
+    assert!(said.contains("m, which is taken for the ground"), "{said}");
     for frame in 0..plain.clips[0].frames() {
         let raised = sunk.clips[0].root(frame).y - plain.clips[0].root(frame).y;
         assert!(raised.abs() < 0.05, "{frame}: {raised}");
@@ -166,11 +178,10 @@ fn a_root_above_the_hips_of_captures_changes_nothing() {
         let other = tempfile::tempdir().unwrap();
         for entry in std::fs::read_dir(&folder).unwrap() {
             let file = entry.unwrap().path();
-            let text = std::fs::read_to_string(&file).unwrap();
-            let text = match file.extension().unwrap() == "bvh" {
-                true => below_root(&text, above),
-                false => text,
-            };
+            let mut text = std::fs::read_to_string(&file).unwrap();
+            if file.extension().unwrap() == "bvh" {
+                text = below_root(&text, above);
+            }
             std::fs::write(other.path().join(file.file_name().unwrap()), text).unwrap();
         }
         let under = read(other.path());
@@ -186,7 +197,7 @@ fn a_root_above_the_hips_of_captures_changes_nothing() {
 #[test]
 fn joints_above_the_hips_come_back_as_they_were() {
     let folder = tempfile::tempdir().unwrap();
-    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
+    let (_, text) = walking();
     type Above = fn(&[f64]) -> [f64; 6];
     let still: Above = |_| [0.0; 6];
     let path: Above = |values| [values[0], 0.0, values[2], 0.0, 0.0, 0.0];
@@ -197,9 +208,8 @@ fn joints_above_the_hips_come_back_as_they_were() {
         ("whole", whole, true),
     ];
     for (name, above, moves) in forms {
-        let file = folder.path().join(format!("{name}.bvh"));
-        std::fs::write(&file, below_root(&text, above)).unwrap();
-        let set = read(file.clone());
+        let file = written(folder.path(), &format!("{name}.bvh"), below_root(&text, above));
+        let set = read(&file);
         let stored = serde_json::to_string(&set.skeleton).unwrap();
         let skeleton: Skeleton = serde_json::from_str(&stored).unwrap();
         assert_eq!(skeleton, set.skeleton);
@@ -207,43 +217,31 @@ fn joints_above_the_hips_come_back_as_they_were() {
         assert_eq!(of_file.carrier.is_some(), moves, "{name}");
         let whole = skeleton.whole().unwrap();
         let raw = read_bvh(&file).unwrap();
-        assert_eq!(
-            whole.skeleton.differences(&raw.skeleton(0.01).unwrap()),
-            Vec::<String>::new()
-        );
+        let in_file = raw.skeleton(0.01).unwrap();
+        assert_eq!(whole.skeleton.differences(&in_file), Vec::<String>::new());
         // Written files have them too, and are read as the same set.
         let mut bytes = Vec::new();
         bvh::write(&mut bytes, &skeleton, &set.clips[0], 0.01).unwrap();
-        let written = folder.path().join(format!("written_{name}.bvh"));
-        std::fs::write(&written, bytes).unwrap();
-        assert_eq!(
-            read_bvh(&written).unwrap().skeleton(0.01).unwrap().len(),
-            raw.skeleton(0.01).unwrap().len()
-        );
-        assert!(apart(&set, &read(written)) < 1e-4, "{name}");
-        let mut bytes = Vec::new();
-        gltf::write(&mut bytes, &skeleton, &set.clips, &[]).unwrap();
-        let written = folder.path().join(format!("written_{name}.glb"));
-        std::fs::write(&written, bytes).unwrap();
-        let again = read(written);
-        assert!(
-            again
-                .skeleton
-                .file_joints()
-                .unwrap()
-                .above()
-                .eq(["Armature"])
-        );
-        assert_eq!(
-            again.skeleton.file_joints().unwrap().carrier.is_some(),
-            moves
-        );
+        let again = written(folder.path(), &format!("written_{name}.bvh"), bytes);
+        assert_eq!(read_bvh(&again).unwrap().joints().len(), in_file.len());
+        assert!(apart(&set, &read(&again)) < 1e-4, "{name}");
+        let again = format!("written_{name}.glb");
+        let again = read(&write_glb(
+            folder.path(),
+            &again,
+            &skeleton,
+            &set.clips,
+            &[],
+        ));
+        let of_file = again.skeleton.file_joints().unwrap();
+        assert!(of_file.above().eq(["Armature"]));
+        assert_eq!(of_file.carrier.is_some(), moves);
         assert!(apart(&set, &again) < 1e-4, "{name}");
         let (mut pose, mut places) = (Pose::default(), Vec::new());
         let mut back = Pose::default();
         for frame in 0..raw.frames() {
             raw.pose(frame, 0.01, &mut pose);
-            let original = joints_of(&raw.skeleton(0.01).unwrap(), &pose);
+            let original = joints_of(&in_file, &pose);
             set.clips[0].pose(frame, &mut pose);
             whole.places(&joints_of(&set.skeleton, &pose), &mut places);
             assert!(most_apart(&original, &places) < 1e-4, "{name} {frame}");
@@ -254,56 +252,41 @@ fn joints_above_the_hips_come_back_as_they_were() {
     }
 }
 
-/// The walking figure with every length times a factor, and one that lies.
+/// The walking figure with every length times a factor.
 fn changed(scale: f64) -> String {
-    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
-    let lengths = |line: &str| {
-        let is_offset = line.trim_start().starts_with("OFFSET");
-        let words = line.split_whitespace().enumerate().map(|(index, word)| {
-            let is_length = if is_offset { index > 0 } else { index < 3 };
-            match word.parse::<f64>() {
-                Ok(value) if is_length => format!("{}", value * scale),
-                _ => word.to_owned(),
-            }
+    let frames = with_frames(|frames| {
+        let scaled = frames.into_iter().map(|row| {
+            let mut values = numbers(row);
+            values[..3].iter_mut().for_each(|value| *value *= scale);
+            line(&values)
         });
-        words.collect::<Vec<_>>().join(" ")
-    };
-    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
-    let offsets = hierarchy.lines().map(|line| match line.contains("OFFSET") {
-        true => lengths(line),
-        false => line.to_owned(),
+        scaled.collect()
     });
-    let mut out = offsets.collect::<Vec<_>>().join("\n") + "\nMOTION";
-    for line in motion.lines() {
-        out += &match line.split_whitespace().count() > 6 {
-            true => lengths(line),
-            false => line.to_owned(),
-        };
-        out += "\n";
-    }
-    out
+    let rows = frames.lines().map(|row| match row.split_once("OFFSET ") {
+        Some((before, offset)) => {
+            let offset = numbers(offset).into_iter().map(|value| value * scale);
+            format!("{before}OFFSET {}", line(&offset.collect::<Vec<_>>()))
+        }
+        None => row.to_owned(),
+    });
+    rows.collect::<Vec<_>>().join("\n")
 }
 
 #[test]
 fn files_of_one_skeleton_in_two_units_are_refused_with_both_names() {
     let folder = tempfile::tempdir().unwrap();
-    let paths = ["a.bvh", "b.bvh", "metres.bvh"].map(|name| folder.path().join(name));
-    for (path, scale) in paths.iter().zip([1.0, 1.05, 0.01]) {
-        std::fs::write(path, changed(scale)).unwrap();
-    }
+    let paths = [("a.bvh", 1.0), ("b.bvh", 1.05), ("metres.bvh", 0.01)];
+    let paths = paths.map(|(name, scale)| written(folder.path(), name, changed(scale)));
     let two = read_clips(&paths[..2], None, &ReadOptions::default()).unwrap();
     assert!(two.scales.iter().all(|scale| scale.metres_per_unit == 0.01));
-    let refused = read_clips(&paths, None, &ReadOptions::default()).unwrap_err();
-    assert!(
-        matches!(&refused, ReadError::UnitDiffers { .. }),
-        "{refused}"
-    );
-    let text = refused.to_string();
-    assert!(
-        text.contains("metres.bvh") && text.contains("a.bvh"),
-        "{text}"
-    );
+    let (path, error) = refused_file(read_clips(&paths, None, &ReadOptions::default()));
+    assert_eq!(path, paths[2]);
+    let is_of_both = matches!(&error, FileError::UnitDiffers { first, .. } if *first == paths[0]);
+    assert!(is_of_both, "{error}");
 }
+
+/// Hands and feet.
+const ENDS: [&str; 4] = ["LeftHand", "RightHand", "LeftFoot", "RightFoot"];
 
 /// The names of a file's joints replaced by numbers.
 fn nameless(file: &str) -> (String, Vec<String>) {
@@ -326,107 +309,69 @@ fn nameless(file: &str) -> (String, Vec<String>) {
 #[test]
 fn limbs_and_sides_are_found_without_names() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("nameless.bvh");
     for file in ["hips_root.bvh", "reference_root.bvh"] {
         let (text, names) = nameless(file);
-        std::fs::write(&path, text).unwrap();
-        let set = read(path.clone());
+        let set = read(&written(folder.path(), "nameless.bvh", text));
         let named = |joint: JointId| {
-            let number = set.skeleton.joint(joint).name[1..]
-                .parse::<usize>()
-                .unwrap();
-            names[number].as_str()
+            let number = &set.skeleton.joint(joint).name[1..];
+            names[number.parse::<usize>().unwrap()].as_str()
         };
         assert_eq!(named(JointId::ROOT), "Hips", "{}", set.figure);
         let ends = set.skeleton.ends().unwrap().map(named);
-        assert_eq!(
-            ends,
-            ["LeftHand", "RightHand", "LeftFoot", "RightFoot"],
-            "{}",
-            set.figure
-        );
+        assert_eq!(ends, ENDS, "{}", set.figure);
         // They are kept in files.
         let stored = serde_json::to_string(&set.skeleton).unwrap();
         let again: Skeleton = serde_json::from_str(&stored).unwrap();
         assert_eq!(again, set.skeleton);
-        let hip = set
-            .skeleton
-            .ids()
-            .find(|&id| named(id) == "LeftUpLeg")
-            .unwrap();
-        assert_eq!(set.skeleton.mirror(hip).map(named), Some("RightUpLeg"));
-        let plain = read(case("hips_root.bvh"));
-        assert!(apart(&plain, &set) < 1e-6);
+        let hip = set.skeleton.ids().find(|&id| named(id) == "LeftUpLeg");
+        let other = set.skeleton.mirror(hip.unwrap());
+        assert_eq!(other.map(named), Some("RightUpLeg"));
+        assert!(apart(&walking().0, &set) < 1e-6);
     }
 }
 
 #[test]
 fn a_file_of_joints_overrides_what_is_found() {
     let folder = tempfile::tempdir().unwrap();
-    let [clip, joints] = ["nameless.bvh", "joints.json"].map(|name| folder.path().join(name));
     let (text, names) = nameless("reference_root.bvh");
-    std::fs::write(&clip, text).unwrap();
+    let clip = written(folder.path(), "nameless.bvh", text);
     let own = |name: &str| format!("j{}", names.iter().position(|own| own == name).unwrap());
-    let mut set = read(clip.clone());
-    let text = format!(
-        r#"{{"left_hand": "{}", "right_hand": "{}", "left_foot": "{}", "right_foot": "{}"}}"#,
-        own("LeftForeArm"),
-        own("RightForeArm"),
-        own("LeftLeg"),
-        own("RightLeg")
-    );
-    std::fs::write(&joints, text).unwrap();
-    set.take_joints(&joints).unwrap();
+    let mut set = read(&clip);
+    let take = |set: &mut ClipSet, root: Option<&str>, ends: [&str; 4]| {
+        let [left_hand, right_hand, left_foot, right_foot] = ends;
+        let text = serde_json::json!({
+            "root": root, "left_hand": left_hand, "right_hand": right_hand, "left_foot": left_foot, "right_foot": right_foot
+        });
+        set.take_joints(&written(folder.path(), "joints.json", text.to_string()))
+    };
+    let lower = ["LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg"].map(own);
+    take(&mut set, None, lower.each_ref().map(|name| &name[..])).unwrap();
     let ends = set.skeleton.ends().unwrap();
     assert_eq!(set.skeleton.joint(ends[0]).name, own("LeftForeArm"));
     // A root above the hips, and the hips again.
-    let plain = read(case("hips_root.bvh"));
-    let ends = ["LeftHand", "RightHand", "LeftFoot", "RightFoot"].map(own);
+    let ends = ENDS.map(own);
     for root in ["Reference", "Hips"] {
-        let text = serde_json::json!({
-            "root": own(root), "left_hand": ends[0], "right_hand": ends[1], "left_foot": ends[2], "right_foot": ends[3]
-        });
-        std::fs::write(&joints, text.to_string()).unwrap();
-        set.take_joints(&joints).unwrap();
+        let ends = ends.each_ref().map(|name| &name[..]);
+        take(&mut set, Some(&own(root)), ends).unwrap();
         assert_eq!(set.skeleton.joint(JointId::ROOT).name, own(root));
         assert_eq!(set.skeleton.file_joints().is_some(), root == "Hips");
     }
-    assert!(apart(&plain, &set) < 1e-5);
-    std::fs::write(
-        &joints,
-        r#"{"left_hand": "x", "right_hand": "y", "left_foot": "z", "right_foot": "w"}"#,
-    )
-    .unwrap();
-    let refused = read(clip).take_joints(&joints).unwrap_err();
-    assert!(refused.to_string().contains("no joint \"x\""), "{refused}");
+    assert!(apart(&walking().0, &set) < 1e-5);
+    let refused = refusal(take(&mut read(&clip), None, ["x", "y", "z", "w"]));
+    assert!(refused.contains("no joint \"x\""), "{refused}");
 }
 
 /// The loop, and a part of a walk that leans far forward, begins and ends at speed, and is near nothing.
 fn library(folder: &Path) -> ClipSet {
-    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
-    let lines: Vec<&str> = text.lines().collect();
-    let first = lines
-        .iter()
-        .position(|line| line.starts_with("Frame Time"))
-        .unwrap()
-        + 1;
-    let mut short: Vec<String> = lines[..first].iter().map(|&line| line.to_owned()).collect();
-    short[first - 2] = "Frames: 20".to_owned();
-    let leaning = |line: &&str| {
-        let mut values: Vec<f64> = line
-            .split_whitespace()
-            .map(|word| word.parse().unwrap())
-            .collect();
-        values[4] += 50.0;
-        values
-            .iter()
-            .map(f64::to_string)
-            .collect::<Vec<_>>()
-            .join(" ")
-    };
-    short.extend(lines[first + 30..first + 50].iter().map(leaning));
-    let path = folder.join("short.bvh");
-    std::fs::write(&path, short.join("\n")).unwrap();
+    let text = with_frames(|frames| {
+        let leaning = frames[30..50].iter().map(|row| {
+            let mut values = numbers(row);
+            values[4] += 50.0;
+            line(&values)
+        });
+        leaning.collect()
+    });
+    let path = written(folder, "short.bvh", text);
     let paths = [case("loop_one_cycle.bvh"), path];
     read_clips(&paths, None, &ReadOptions::default()).unwrap()
 }
@@ -446,13 +391,10 @@ fn built(
 #[test]
 fn a_loop_joins_itself_and_nothing_is_lost() {
     let settings = GraphSettings::default();
-    let (graph, report) = built(&read(case("loop_one_cycle.bvh")), &settings).unwrap();
+    let (graph, report) = built(&read(&case("loop_one_cycle.bvh")), &settings).unwrap();
     graph.validate().unwrap();
-    assert!(
-        (graph.seconds_kept() - 1.2).abs() < 0.04,
-        "{}",
-        graph.seconds_kept()
-    );
+    let kept = graph.seconds_kept();
+    assert!((kept - 1.2).abs() < 0.04, "{kept}");
     assert!(report.joined[0].is_loop && report.dropped.clips.is_empty());
     // The seam is exact: the pose after the last frame is the first one.
     let seam = graph.edges().iter().find_map(|edge| match edge.motion {
@@ -460,10 +402,8 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
         EdgeMotion::Clip => None,
     });
     let (frames, distance) = seam.unwrap();
-    assert!(
-        frames == 1 && distance < 1e-3,
-        "{frames} frames, {distance} m"
-    );
+    let is_exact = frames == 1 && distance < 1e-3;
+    assert!(is_exact, "{frames} frames, {distance} m");
 
     let folder = tempfile::tempdir().unwrap();
     let mut set = library(folder.path());
@@ -482,11 +422,8 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
     assert_eq!(graph.events().len(), 1, "{:?}", report.links.unlinked);
     let told = graph.describe_event(&graph.events()[0]);
     assert!(told.starts_with("short.bvh 0.00-0."), "{told}");
-    assert!(
-        graph.seconds_kept() > 1.1 + 0.55,
-        "{}",
-        graph.seconds_kept()
-    );
+    let kept = graph.seconds_kept();
+    assert!(kept > 1.1 + 0.55, "{kept}");
     let limited = GraphSettings {
         farthest_join: Some(1e-3),
         ..settings
@@ -499,38 +436,27 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
 #[test]
 fn frames_of_rest_are_left_out_and_named() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rest.bvh");
-    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    let first = lines
-        .iter()
-        .position(|line| line.starts_with("Frame Time"))
-        .unwrap()
-        + 1;
-    let values = lines[first].split_whitespace().count();
-    let rest = format!("0 92 0{}", " 0".repeat(values - 3));
-    lines.splice(first..first, [rest.clone(), rest]);
-    lines[first - 2] = "Frames: 92".to_owned();
-    std::fs::write(&path, lines.join("\n")).unwrap();
-    let events = folder.path().join("events.json");
+    let text = with_frames(|frames| {
+        let values = frames[0].split_whitespace().count();
+        let rest = format!("0 92 0{}", " 0".repeat(values - 3));
+        let own = frames.into_iter().map(str::to_owned);
+        [rest.clone(), rest].into_iter().chain(own).collect()
+    });
+    let path = written(folder.path(), "rest.bvh", text);
     let text = r#"{"clips": [{"file": "rest.bvh", "events": [{"kind": "evasion", "start": 1.0, "end": 2.0}]}]}"#;
-    std::fs::write(&events, text).unwrap();
+    let events = written(folder.path(), "events.json", text);
     let set = read_clips(&[path], Some(&events), &ReadOptions::default()).unwrap();
-    let plain = read(case("hips_root.bvh"));
     assert_eq!(set.warnings.len(), 1, "{:?}", set.warnings);
-    assert!(
-        set.warnings[0].contains("the first 2 frames"),
-        "{}",
-        set.warnings[0]
-    );
-    assert!(apart(&plain, &set) < 1e-6);
+    let said = &set.warnings[0];
+    assert!(said.contains("the first 2 frames"), "{said}");
+    assert!(apart(&walking().0, &set) < 1e-6);
     assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
 }
 
 #[test]
 fn of_two_figures_the_first_is_the_body() {
     let folder = tempfile::tempdir().unwrap();
-    let plain = read(case("hips_root.bvh"));
+    let (plain, _) = walking();
     let count = plain.skeleton.len();
     let mut joints = vec![Joint {
         name: "Scene".to_owned(),
@@ -539,16 +465,11 @@ fn of_two_figures_the_first_is_the_body() {
         kind: JointKind::Moving,
     }];
     for (first, before) in [(1, ""), (1 + count as u16, "Other")] {
-        joints.extend(plain.skeleton.joints().iter().map(|joint| {
-            Joint {
-                name: format!("{before}{}", joint.name),
-                parent: Some(
-                    joint
-                        .parent
-                        .map_or(JointId::ROOT, |parent| JointId(parent.0 + first)),
-                ),
-                ..joint.clone()
-            }
+        let below = |parent: JointId| JointId(parent.0 + first);
+        joints.extend(plain.skeleton.joints().iter().map(|joint| Joint {
+            name: format!("{before}{}", joint.name),
+            parent: Some(joint.parent.map_or(JointId::ROOT, below)),
+            ..joint.clone()
         }));
     }
     let skeleton = Skeleton::new(joints).unwrap();
@@ -566,25 +487,27 @@ fn of_two_figures_the_first_is_the_body() {
         *root = Vec3::ZERO;
     }
     let clip = Clip::new(&skeleton, desc).unwrap();
-    let mut bytes = Vec::new();
-    gltf::write(&mut bytes, &skeleton, &[clip], &[]).unwrap();
-    let path = folder.path().join("two.glb");
-    std::fs::write(&path, bytes).unwrap();
-    let set = read(path);
+    let set = read(&write_glb(
+        folder.path(),
+        "two.glb",
+        &skeleton,
+        &[clip],
+        &[],
+    ));
     let said = "root Hips (with the motion of Scene); hands LeftHand, RightHand;";
     assert!(set.figure.starts_with(said), "{}", set.figure);
-    assert!(
-        set.warnings[0].contains("joints beside the body do not move: \"OtherHips\""),
-        "{:?}",
-        set.warnings
+    let (said, warning) = (
+        "joints beside the body do not move: \"OtherHips\"",
+        &set.warnings[0],
     );
+    assert!(warning.contains(said), "{warning}");
     assert!(apart(&plain, &set) < 1e-4);
 }
 
 #[test]
 fn frames_in_which_the_figure_has_no_size_are_left_out_and_named() {
     let folder = tempfile::tempdir().unwrap();
-    let plain = read(case("hips_root.bvh"));
+    let (plain, _) = walking();
     let mut desc = plain.clips[0].desc();
     let whole = 5..plain.clips[0].frames() - 3;
     for (frame, root) in desc.roots.iter().enumerate() {
@@ -595,11 +518,8 @@ fn frames_in_which_the_figure_has_no_size_are_left_out_and_named() {
             .extend(offsets.map(|joint| size * joint.offset));
     }
     let clip = Clip::new(&plain.skeleton, desc).unwrap();
-    let mut bytes = Vec::new();
-    gltf::write(&mut bytes, &plain.skeleton, &[clip], &[]).unwrap();
-    let path = folder.path().join("appears.glb");
-    std::fs::write(&path, bytes).unwrap();
-    let set = read(path);
+    let path = write_glb(folder.path(), "appears.glb", &plain.skeleton, &[clip], &[]);
+    let set = read(&path);
     let said = &set.warnings[0];
     assert!(said.contains("the first 5 and the last 3 frames"), "{said}");
     assert_eq!(set.clips[0].frames(), whole.len());
@@ -610,17 +530,14 @@ fn frames_in_which_the_figure_has_no_size_are_left_out_and_named() {
 
 /// The walking figure with fingers, a sword and a cape that turn by an angle from frame to frame.
 fn with_details(angle: f32) -> ClipSet {
-    let mut set = read(case("hips_root.bvh"));
+    let (mut set, _) = walking();
     let mut joints = set.skeleton.joints().to_vec();
     let body = joints.len();
     let mut add = |name: &str, parent: &str, offset: Vec3| {
-        let parent = joints
-            .iter()
-            .position(|joint| joint.name == parent)
-            .unwrap();
+        let parent = joints.iter().position(|joint| joint.name == parent);
         joints.push(Joint {
             name: name.to_owned(),
-            parent: Some(JointId(parent as u16)),
+            parent: parent.map(|parent| JointId(parent as u16)),
             offset,
             kind: JointKind::Moving,
         });
@@ -642,10 +559,8 @@ fn with_details(angle: f32) -> ClipSet {
         let mut desc = clip.desc();
         let frames = desc.rotations.chunks_exact(body).enumerate();
         let frames = frames.flat_map(|(frame, own)| {
-            let turn = glam::Quat::from_rotation_x(angle * frame as f32);
-            own.iter()
-                .copied()
-                .chain(std::iter::repeat_n(turn, count - body))
+            let turn = Quat::from_rotation_x(angle * frame as f32);
+            [own, &vec![turn; count - body]].concat()
         });
         desc.rotations = frames.collect();
         *clip = Clip::new(&set.skeleton, desc).unwrap();
@@ -663,9 +578,8 @@ fn fingers_and_carried_things_decide_nothing() {
     let [a, b] = [&still, &wild].map(|set| built(set, &settings).unwrap().0);
     assert_eq!(a.nodes(), b.nodes());
     let ends = |graph: &MotionGraph| -> Vec<_> {
-        graph
-            .edges()
-            .iter()
+        let edges = graph.edges().iter();
+        edges
             .map(|edge| (edge.from, edge.to, edge.frames))
             .collect()
     };
@@ -678,27 +592,21 @@ fn fingers_and_carried_things_decide_nothing() {
     let [a, b] = [a, b].map(limits);
     assert_eq!(a, b);
     let details = sabaki::anim::details(&wild.skeleton);
-    assert!(
-        a.iter()
-            .zip(&details)
-            .all(|(limit, is_detail)| limit.is_infinite() == *is_detail)
-    );
+    let mut limits = a.iter().zip(&details);
+    assert!(limits.all(|(limit, is_detail)| limit.is_infinite() == *is_detail));
     assert!(details[wild.skeleton.find("tail_of_it").unwrap().index()]);
     // The body has no sphere on sword and cape, and is not higher for them.
     let body = Body::from_bones(&wild.skeleton);
     let name = |joint: JointId| wild.skeleton.joint(joint).name.as_str();
     let on = |part: &str| {
-        body.spheres
-            .iter()
-            .any(|sphere| name(sphere.joint).starts_with(part))
+        let mut spheres = body.spheres.iter();
+        spheres.any(|sphere| name(sphere.joint).starts_with(part))
     };
     assert!(on("LeftHand") && !on("sword") && !on("blade") && !on("cape") && !on("tail"));
-    let plain = Body::from_bones(&read(case("hips_root.bvh")).skeleton);
+    let plain = Body::from_bones(&walking().0.skeleton);
     let most = |body: &Body| {
-        body.spheres
-            .iter()
-            .map(|sphere| sphere.radius)
-            .fold(0.0, f32::max)
+        let radii = body.spheres.iter().map(|sphere| sphere.radius);
+        radii.fold(0.0, f32::max)
     };
     assert_eq!(most(&body), most(&plain));
     // Levels: the order of the body's joints is the same, and the hands' fingers go before the body's joints do.

@@ -1,12 +1,9 @@
 use glam::{DQuat, DVec3};
 
-use super::BvhError;
-use super::parse::{Lexer, parse_hierarchy, parse_motion, repeated_names, unique_names};
-use crate::MOST_ENTRIES;
-use crate::figure::moves_joints;
-use sabaki::anim::{
-    Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError,
-};
+use super::parse::{Lexer, make_unique, parse_hierarchy, parse_motion, repeated_names};
+use crate::figure::clip_of_poses;
+use crate::{MOST_ENTRIES, TextError};
+use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
 
 /// The contents of a BVH file, with lengths in the file's unit and angles in degrees.
 ///
@@ -76,34 +73,16 @@ impl BvhFile {
     ///
     /// # Errors
     /// The first error, with its line and column.
-    pub fn parse(text: &[u8]) -> Result<Self, BvhError> {
+    pub fn parse(text: &[u8]) -> Result<Self, TextError> {
         let mut lexer = Lexer::new(text)?;
-        let raw = parse_hierarchy(&mut lexer)?;
-        let names = unique_names(&raw);
-        let repeated_names = repeated_names(&raw);
-        let mut channels = 0;
-        let joints = raw
-            .into_iter()
-            .zip(names)
-            .map(|(raw, name)| {
-                let kind = if raw.is_end {
-                    JointKind::EndSite
-                } else {
-                    JointKind::Moving
-                };
-                let joint = BvhJoint {
-                    name,
-                    parent: raw.parent,
-                    offset: raw.offset.unwrap_or_default(),
-                    kind,
-                    channels: raw.channels.unwrap_or_default(),
-                    first_channel: channels,
-                };
-                channels += joint.channels.len();
-                joint
-            })
-            .collect();
+        let mut joints = parse_hierarchy(&mut lexer)?;
+        let channels = joints.iter().map(|joint| joint.channels.len()).sum();
         let motion = parse_motion(&mut lexer, channels)?;
+        let moving = joints
+            .iter()
+            .filter(|joint| joint.kind == JointKind::Moving);
+        let repeated_names = repeated_names(moving.map(|joint| &joint.name[..]));
+        make_unique(&mut joints);
         Ok(Self {
             joints,
             repeated_names,
@@ -142,11 +121,8 @@ impl BvhFile {
             let is_twice =
                 |pair: &[Channel]| matches!(pair[0], Channel::Rotation(_)) && pair[0] == pair[1];
             if joint.channels.windows(2).any(is_twice) {
-                let names: Vec<&str> = joint
-                    .channels
-                    .iter()
-                    .map(|channel| channel.name())
-                    .collect();
+                let names = joint.channels.iter().map(|channel| channel.name());
+                let names: Vec<&str> = names.collect();
                 notes.push(format!(
                     "joint \"{}\" turns about one axis twice in a row ({}): it cannot turn about all three",
                     joint.name,
@@ -232,27 +208,9 @@ impl BvhFile {
         metres_per_unit: f64,
     ) -> Result<(Skeleton, Clip), MotionError> {
         let skeleton = self.skeleton(metres_per_unit)?;
-        let frames = self.frames();
-        MotionError::check_entries(frames, self.joints.len())?;
-        let entries = frames * self.joints.len();
-        let mut desc = ClipDesc {
-            name: name.to_owned(),
-            frame_rate: 1.0 / self.frame_time,
-            roots: Vec::with_capacity(frames),
-            rotations: Vec::with_capacity(entries),
-            translations: Vec::with_capacity(entries),
-        };
-        let mut pose = Pose::default();
-        for frame in 0..frames {
-            self.pose(frame, metres_per_unit, &mut pose);
-            desc.roots.push(pose.root);
-            desc.rotations.append(&mut pose.rotations);
-            desc.translations.append(&mut pose.translations);
-        }
-        if !moves_joints(&skeleton, &desc.translations) {
-            desc.translations = Vec::new();
-        }
-        let clip = Clip::new(&skeleton, desc)?;
+        MotionError::check_entries(self.frames(), self.joints.len())?;
+        let pose = |frame, pose: &mut Pose| self.pose(frame, metres_per_unit, pose);
+        let clip = clip_of_poses(&skeleton, name, 1.0 / self.frame_time, self.frames(), pose)?;
         Ok((skeleton, clip))
     }
 }

@@ -3,242 +3,218 @@
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
-use sabaki::anim::Skeleton;
+use sabaki::anim::{JointKind, Skeleton};
 
-use super::{BvhError, BvhProblem, Channel, LARGEST_VALUE, MOST_CHANNELS};
+use super::{BvhJoint, Channel, LARGEST_VALUE, MOST_CHANNELS};
+use crate::TextError;
+use crate::file::{quoted, without_mark};
 
-/// A joint as it is written in the hierarchy.
-pub(super) struct RawJoint {
-    /// Name in the file. It is unused for End Sites.
-    pub(super) name: String,
-    pub(super) parent: Option<usize>,
-    pub(super) offset: Option<DVec3>,
-    pub(super) channels: Option<Vec<Channel>>,
-    pub(super) is_end: bool,
-    has_children: bool,
-}
-
-/// Parses from `HIERARCHY` to `MOTION`, both included. It is not recursive, so deep trees do not
-/// overflow the stack.
-pub(super) fn parse_hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<RawJoint>, BvhError> {
+/// Parses from `HIERARCHY` to `MOTION`, both included. End Sites have no names yet. It is not recursive, so deep trees do not overflow the
+/// stack.
+pub(super) fn parse_hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<BvhJoint>, TextError> {
     match lexer.word() {
-        None => return Err(lexer.error(0, BvhProblem::Empty)),
+        None => return Err(lexer.error(0, "the file is empty")),
         Some(word) if word.is("HIERARCHY") => {}
         other => return Err(lexer.expected("HIERARCHY", other)),
     }
     match lexer.word() {
         Some(word) if word.is("ROOT") => {}
-        Some(word) if word.is("MOTION") => {
-            return Err(lexer.error(word.at, BvhProblem::NoJoints));
-        }
-        None => return Err(lexer.error(lexer.at(), BvhProblem::NoJoints)),
-        other => return Err(lexer.expected("ROOT", other)),
+        Some(word) if !word.is("MOTION") => return Err(lexer.expected("ROOT", Some(word))),
+        other => return Err(lexer.error(lexer.place(other), "the hierarchy has no joints")),
     }
     let mut tree = Tree {
         lexer,
         joints: Vec::new(),
         open: Vec::new(),
+        channels: 0,
     };
-    tree.open_joint()?;
-    while let Some(&joint) = tree.open.last() {
-        tree.statement(joint)?;
+    tree.joint()?;
+    while !tree.open.is_empty() {
+        tree.statement()?;
     }
     let Tree { lexer, joints, .. } = tree;
     match lexer.word() {
         Some(word) if word.is("MOTION") => Ok(joints),
-        Some(word) if word.is("ROOT") => Err(second_root(lexer, word)),
+        Some(word) if word.is("ROOT") => Err(lexer.second_root(word)),
         other => Err(lexer.expected("MOTION", other)),
     }
 }
 
-fn second_root(lexer: &mut Lexer<'_>, word: Word<'_>) -> BvhError {
-    let name = lexer.rest_of_line().text.to_owned();
-    lexer.error(word.at, BvhProblem::SecondRoot { name })
-}
-
-/// The joints that were read, and the joints whose braces are open.
+/// The joints that were read, and those whose braces are open.
 struct Tree<'l, 'a> {
     lexer: &'l mut Lexer<'a>,
-    joints: Vec<RawJoint>,
-    open: Vec<usize>,
+    joints: Vec<BvhJoint>,
+    open: Vec<Open>,
+    /// Number of channels so far.
+    channels: usize,
+}
+
+/// A joint whose braces are open.
+struct Open {
+    joint: usize,
+    has_offset: bool,
+    /// Whether channels or a child were read.
+    has_channels: bool,
 }
 
 impl Tree<'_, '_> {
-    /// Parses a keyword and its arguments in the block of `joint`.
-    fn statement(&mut self, joint: usize) -> Result<(), BvhError> {
-        let Some(word) = self.lexer.word() else {
-            return Err(self.unclosed(joint, None));
+    /// Parses a keyword and its arguments in the innermost block.
+    fn statement(&mut self) -> Result<(), TextError> {
+        let word = self.lexer.word();
+        let keyword = word.map_or_else(String::new, |word| word.text.to_ascii_uppercase());
+        let Some(block) = self.open.last_mut() else {
+            return Ok(());
         };
-        if word.text == "}" {
-            return self.close(joint, word);
-        }
-        if word.is("OFFSET") {
-            return self.offset(joint, word);
-        }
-        if word.is("MOTION") {
-            return Err(self.unclosed(joint, Some(word)));
-        }
-        if self.joints[joint].is_end {
-            let problem = BvhProblem::InEndSite {
-                joint: self.name(joint),
-                found: quoted(word.text),
-            };
-            return Err(self.lexer.error(word.at, problem));
-        }
-        if word.is("CHANNELS") {
-            self.channels(joint, word)
-        } else if word.is("JOINT") {
-            self.open_joint()
-        } else if word.is("End") {
-            self.open_end_site()
-        } else if word.is("EndSite") {
-            self.lexer.rest_of_line();
-            self.open("", true)
-        } else if word.is("ROOT") {
-            Err(second_root(self.lexer, word))
-        } else {
-            let problem = BvhProblem::UnknownKeyword {
-                joint: self.name(joint),
-                found: quoted(word.text),
-            };
-            Err(self.lexer.error(word.at, problem))
-        }
+        let joint = block.joint;
+        let is_end = self.joints[joint].kind == JointKind::EndSite;
+        let problem = match keyword.as_str() {
+            "}" if block.has_offset => {
+                self.open.pop();
+                return Ok(());
+            }
+            "}" => format!("\"{}\" has no OFFSET", self.name(joint)),
+            "OFFSET" if !block.has_offset => {
+                block.has_offset = true;
+                for axis in 0..3 {
+                    self.joints[joint].offset[axis] = self.lexer.number("a number of OFFSET")?;
+                }
+                return Ok(());
+            }
+            "" | "MOTION" => format!(
+                "the block of \"{}\" is not closed: expected `}}`, found {}",
+                self.name(joint),
+                found(word)
+            ),
+            other if is_end && other != "OFFSET" => format!(
+                "an End Site has only an OFFSET, found {} in \"{}\"",
+                found(word),
+                self.name(joint)
+            ),
+            "CHANNELS" if !block.has_channels => {
+                block.has_channels = true;
+                return self.channels(joint);
+            }
+            "OFFSET" | "CHANNELS" => format!(
+                "{keyword} of \"{}\" must stand once, before its children",
+                self.name(joint)
+            ),
+            "JOINT" => return self.joint(),
+            "END" => return self.end_site(),
+            "ENDSITE" => {
+                self.lexer.rest_of_line();
+                return self.open("", JointKind::EndSite);
+            }
+            _ => match word.filter(|word| word.is("ROOT")) {
+                Some(word) => return Err(self.lexer.second_root(word)),
+                None => format!(
+                    "expected OFFSET, CHANNELS, JOINT, End Site or `}}` in \"{}\", found {}",
+                    self.name(joint),
+                    found(word)
+                ),
+            },
+        };
+        Err(self.lexer.error(self.lexer.place(word), problem))
     }
 
-    fn open_joint(&mut self) -> Result<(), BvhError> {
+    fn joint(&mut self) -> Result<(), TextError> {
         let name = self.lexer.rest_of_line();
         if name.text.is_empty() {
             let next = self.lexer.word();
             return Err(self.lexer.expected("a joint's name", next));
         }
-        self.open(name.text, false)
+        self.open(name.text, JointKind::Moving)
     }
 
-    fn open_end_site(&mut self) -> Result<(), BvhError> {
+    fn end_site(&mut self) -> Result<(), TextError> {
         let rest = self.lexer.rest_of_line();
         let first = rest.text.split_ascii_whitespace().next().unwrap_or("");
-        if first.eq_ignore_ascii_case("Site") {
-            return self.open("", true);
-        }
-        let word = if first.is_empty() {
-            self.lexer.word()
-        } else {
-            Some(Word {
+        let word = match first.is_empty() {
+            true => self.lexer.word(),
+            false if first.eq_ignore_ascii_case("Site") => {
+                return self.open("", JointKind::EndSite);
+            }
+            false => Some(Word {
                 text: first,
                 at: rest.at,
-            })
+            }),
         };
         Err(self.lexer.expected("Site", word))
     }
 
-    fn open(&mut self, name: &str, is_end: bool) -> Result<(), BvhError> {
+    fn open(&mut self, name: &str, kind: JointKind) -> Result<(), TextError> {
         match self.lexer.word() {
             Some(word) if word.text == "{" => {
                 if self.joints.len() == Skeleton::MAX_JOINTS {
-                    return Err(self.lexer.error(word.at, BvhProblem::TooManyJoints));
+                    let problem = format!("more than {} joints", Skeleton::MAX_JOINTS);
+                    return Err(self.lexer.error(word.at, problem));
                 }
             }
             other => return Err(self.lexer.expected("`{`", other)),
         }
-        let parent = self.open.last().copied();
-        if let Some(parent) = parent {
-            self.joints[parent].has_children = true;
-        }
-        self.open.push(self.joints.len());
-        self.joints.push(RawJoint {
+        let parent = self.open.last_mut().map(|block| {
+            block.has_channels = true;
+            block.joint
+        });
+        self.open.push(Open {
+            joint: self.joints.len(),
+            has_offset: false,
+            has_channels: false,
+        });
+        self.joints.push(BvhJoint {
             name: name.to_owned(),
             parent,
-            offset: None,
-            channels: None,
-            is_end,
-            has_children: false,
+            offset: DVec3::ZERO,
+            kind,
+            channels: Vec::new(),
+            first_channel: self.channels,
         });
         Ok(())
     }
 
-    fn close(&mut self, joint: usize, word: Word<'_>) -> Result<(), BvhError> {
-        if self.joints[joint].offset.is_none() {
-            let joint = self.name(joint);
-            return Err(self.lexer.error(word.at, BvhProblem::NoOffset { joint }));
-        }
-        self.open.pop();
-        Ok(())
-    }
-
-    fn offset(&mut self, joint: usize, word: Word<'_>) -> Result<(), BvhError> {
-        if self.joints[joint].offset.is_some() {
-            return Err(self.misplaced(joint, "OFFSET", word));
-        }
-        let mut offset = DVec3::ZERO;
-        for axis in 0..3 {
-            offset[axis] = self.lexer.number("a number of OFFSET")?;
-        }
-        self.joints[joint].offset = Some(offset);
-        Ok(())
-    }
-
-    fn channels(&mut self, joint: usize, word: Word<'_>) -> Result<(), BvhError> {
-        if self.joints[joint].channels.is_some() || self.joints[joint].has_children {
-            return Err(self.misplaced(joint, "CHANNELS", word));
-        }
+    fn channels(&mut self, joint: usize) -> Result<(), TextError> {
         let word = self.lexer.word();
         let count = word.and_then(|word| word.text.parse().ok());
         let Some(count @ 0..=MOST_CHANNELS) = count else {
-            let problem = BvhProblem::ChannelCount {
-                joint: self.name(joint),
-                found: found(word),
-            };
-            let at = word.map_or(self.lexer.at(), |word| word.at);
-            return Err(self.lexer.error(at, problem));
+            let expected = format!("a number of channels from 0 to {MOST_CHANNELS}");
+            return Err(self.expected_channel(joint, &expected, word));
         };
         let mut channels = Vec::with_capacity(count);
         for index in 1..=count {
             let word = self.lexer.word();
-            let at = word.map_or(self.lexer.at(), |word| word.at);
             let Some(channel) = word.and_then(|word| Channel::by_name(word.text)) else {
-                let problem = BvhProblem::ChannelName {
-                    joint: self.name(joint),
-                    index,
-                    count,
-                    found: found(word),
-                };
-                return Err(self.lexer.error(at, problem));
+                let expected =
+                    format!("a channel (Xposition … Zscale) as number {index} of {count}");
+                return Err(self.expected_channel(joint, &expected, word));
             };
             // A rotation channel may occur twice, as in the Euler angles Z X Z.
             if matches!(channel, Channel::Position(_)) && channels.contains(&channel) {
-                let problem = BvhProblem::ChannelTwice {
-                    joint: self.name(joint),
-                    channel: channel.name(),
-                };
-                return Err(self.lexer.error(at, problem));
+                let (name, channel) = (self.name(joint), channel.name());
+                let problem = format!("\"{name}\" has the channel {channel} twice");
+                return Err(self.lexer.error(self.lexer.place(word), problem));
             }
             channels.push(channel);
         }
-        self.joints[joint].channels = Some(channels);
+        self.channels += count;
+        self.joints[joint].channels = channels;
         Ok(())
     }
 
-    fn misplaced(&self, joint: usize, keyword: &'static str, word: Word<'_>) -> BvhError {
-        let joint = self.name(joint);
-        self.lexer
-            .error(word.at, BvhProblem::Misplaced { keyword, joint })
-    }
-
-    fn unclosed(&self, joint: usize, word: Option<Word<'_>>) -> BvhError {
-        let at = word.map_or(self.lexer.at(), |word| word.at);
-        let problem = BvhProblem::Unclosed {
-            joint: self.name(joint),
-            found: found(word),
-        };
-        self.lexer.error(at, problem)
+    fn expected_channel(&self, joint: usize, expected: &str, word: Option<Word<'_>>) -> TextError {
+        let (name, found) = (self.name(joint), found(word));
+        let problem = format!("\"{name}\": expected {expected}, found {found}");
+        self.lexer.error(self.lexer.place(word), problem)
     }
 
     /// Name of a joint for error messages.
     fn name(&self, joint: usize) -> String {
-        let raw = &self.joints[joint];
-        match raw.parent {
-            Some(parent) if raw.is_end => format!("{}_End", self.joints[parent].name),
-            _ => raw.name.clone(),
+        let BvhJoint {
+            name, parent, kind, ..
+        } = &self.joints[joint];
+        match parent {
+            Some(parent) if *kind == JointKind::EndSite => {
+                format!("{}_End", self.joints[*parent].name)
+            }
+            _ => name.clone(),
         }
     }
 }
@@ -252,33 +228,59 @@ pub(super) struct Motion {
 }
 
 /// Parses from `Frames:` to the end of the file. Line breaks between values are ignored.
-pub(super) fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<Motion, BvhError> {
+pub(super) fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<Motion, TextError> {
     if channels == 0 {
-        return Err(lexer.error(lexer.at(), BvhProblem::NoChannels));
+        let problem = "no joint has a channel: there is no motion to read";
+        return Err(lexer.error(lexer.at, problem));
     }
-    let declared_frames = frames(lexer)?;
-    let frame_time = frame_time(lexer)?;
+    lexer.key("Frames", "Frames:")?;
+    let word = lexer.word();
+    let declared_frames: u64 = match word.and_then(|word| word.text.parse().ok()) {
+        Some(0) => return Err(lexer.error(lexer.place(word), "the motion has no frames")),
+        Some(frames) => frames,
+        None => return Err(lexer.expected("a whole number of frames", word)),
+    };
+    lexer.key("FrameTime", "Frame Time:")?;
+    let word = lexer.word();
+    let frame_time = lexer.to_number(word, "a frame time")?;
+    if !(1e-6..=3600.0).contains(&frame_time) {
+        let expected = "a frame time between 0.000001 and 3600 seconds";
+        return Err(lexer.expected(expected, word));
+    }
     let expected = declared_frames.saturating_mul(channels as u64);
-    let values = values(lexer, expected, channels)?;
-    let found = values.len();
-    if (found as u64) < expected {
-        let problem = BvhProblem::TooFewValues {
-            frames: declared_frames,
-            channels,
-            expected,
-            found,
-        };
-        return Err(lexer.error(lexer.at(), problem));
+    // Each value takes at least a digit and a blank, which limits the number of values regardless
+    // of the header.
+    let most = (lexer.text.len() - lexer.at) / 2 + 1;
+    let capacity = usize::try_from(expected).map_or(most, |expected| expected.min(most));
+    let mut values = Vec::with_capacity(capacity);
+    // Errors about missing values point to the end of the last value, not to the blank lines after
+    // it.
+    let mut end = lexer.at;
+    while let Some(word) = lexer.word() {
+        let is_whole = values.len() % channels == 0 && values.len() as u64 >= expected;
+        if is_whole && word.text.parse::<f64>().is_err() && !has_decimal_comma(word.text) {
+            let problem = format!("{} follows the last frame", quoted(word.text));
+            return Err(lexer.error(word.at, problem));
+        }
+        values.push(lexer.to_number(Some(word), "a number of the motion")?);
+        end = lexer.at;
     }
-    let extra = found % channels;
+    let (found, whole, extra) = (
+        values.len(),
+        values.len() / channels,
+        values.len() % channels,
+    );
+    if (found as u64) < expected {
+        let problem = format!(
+            "the motion ends early: {declared_frames} frames of {channels} values are {expected} values, found {found} ({whole} whole frames)"
+        );
+        return Err(lexer.error(end, problem));
+    }
     if extra > 0 {
-        let frames = found / channels;
-        let problem = BvhProblem::LeftOver {
-            extra,
-            frames,
-            channels,
-        };
-        return Err(lexer.error(lexer.at(), problem));
+        let problem = format!(
+            "after frame {whole}, {extra} of {channels} values: the last frame is not whole"
+        );
+        return Err(lexer.error(end, problem));
     }
     Ok(Motion {
         declared_frames,
@@ -287,77 +289,29 @@ pub(super) fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<Mot
     })
 }
 
-fn frames(lexer: &mut Lexer<'_>) -> Result<u64, BvhError> {
-    lexer.key("Frames", "Frames:")?;
-    let word = lexer.word();
-    match word.and_then(|word| Some((word.at, word.text.parse().ok()?))) {
-        Some((at, 0)) => Err(lexer.error(at, BvhProblem::NoFrames)),
-        Some((_, frames)) => Ok(frames),
-        None => Err(lexer.expected("a whole number of frames", word)),
-    }
-}
-
-fn frame_time(lexer: &mut Lexer<'_>) -> Result<f64, BvhError> {
-    lexer.key("FrameTime", "Frame Time:")?;
-    let Some(word) = lexer.word() else {
-        return Err(lexer.expected("a frame time", None));
-    };
-    let seconds = lexer.to_number(word, "a frame time")?;
-    if (1e-6..=3600.0).contains(&seconds) {
-        Ok(seconds)
-    } else {
-        let found = quoted(word.text);
-        Err(lexer.error(word.at, BvhProblem::FrameTime { found }))
-    }
-}
-
-fn values(lexer: &mut Lexer<'_>, expected: u64, channels: usize) -> Result<Vec<f64>, BvhError> {
-    // Each value takes at least a digit and a blank, which limits the number of values regardless
-    // of the header.
-    let most = lexer.bytes_left() / 2 + 1;
-    let capacity = usize::try_from(expected).map_or(most, |expected| expected.min(most));
-    let mut values = Vec::with_capacity(capacity);
-    let mut end = lexer.at();
-    while let Some(word) = lexer.word() {
-        let whole = values.len() % channels == 0 && values.len() as u64 >= expected;
-        match lexer.to_number(word, "a number of the motion") {
-            Ok(value) => values.push(value),
-            Err(error) if whole && matches!(error.problem, BvhProblem::Expected { .. }) => {
-                let found = quoted(word.text);
-                return Err(lexer.error(word.at, BvhProblem::Trailing { found }));
-            }
-            Err(error) => return Err(error),
-        }
-        end = lexer.at();
-    }
-    // Errors about missing values point to the end of the last value, not to the blank lines after
-    // it.
-    lexer.rewind(end);
-    Ok(values)
-}
-
-/// Computes a unique name for every joint.
+/// Gives every joint a unique name.
 ///
 /// The first joint with a name keeps it; later ones get `_2`, `_3` or the next free number. End
 /// Sites are named after their parents with `_End` or `_End2`; their names in the file are ignored.
-pub(super) fn unique_names(raw: &[RawJoint]) -> Vec<String> {
+pub(super) fn make_unique(joints: &mut [BvhJoint]) {
     let mut taken = UsedNames::default();
-    let mut names = vec![String::new(); raw.len()];
-    for (index, joint) in raw.iter().enumerate().filter(|(_, joint)| !joint.is_end) {
-        names[index] = taken.first_free(&joint.name, "_");
+    let is_end = |joint: &&mut BvhJoint| joint.kind == JointKind::EndSite;
+    for joint in joints.iter_mut().filter(|joint| !is_end(joint)) {
+        joint.name = taken.first_free(&joint.name, "_");
     }
-    for (index, joint) in raw.iter().enumerate().filter(|(_, joint)| joint.is_end) {
-        let parent = joint.parent.map_or("", |parent| names[parent].as_str());
-        names[index] = taken.first_free(&format!("{parent}_End"), "");
+    for index in 0..joints.len() {
+        if joints[index].kind == JointKind::EndSite {
+            let parent = joints[index]
+                .parent
+                .map_or("", |parent| &joints[parent].name);
+            joints[index].name = taken.first_free(&format!("{parent}_End"), "");
+        }
     }
-    names
 }
 
-/// The names that several joints have in the file, each once, in the order of the file.
-pub(super) fn repeated_names(raw: &[RawJoint]) -> Vec<String> {
+/// The names that occur several times, each once, in the order of their second occurrence.
+pub(crate) fn repeated_names<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
-    let joints = raw.iter().filter(|joint| !joint.is_end);
-    let names = joints.map(|joint| joint.name.as_str());
     let second = names.filter(|&name| {
         let count = counts.entry(name).or_default();
         *count += 1;
@@ -411,38 +365,27 @@ pub(super) struct Lexer<'a> {
 impl<'a> Lexer<'a> {
     /// # Errors
     /// A byte is NUL or not valid UTF-8.
-    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, BvhError> {
-        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        let not_text = |good: usize| {
-            let before = std::str::from_utf8(&bytes[..good]).unwrap_or("");
-            error_at(before, good, BvhProblem::NotText)
+    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, TextError> {
+        let bytes = without_mark(bytes);
+        let valid = match std::str::from_utf8(bytes) {
+            Ok(text) => text,
+            Err(error) => std::str::from_utf8(&bytes[..error.valid_up_to()]).unwrap_or(""),
         };
-        let text = std::str::from_utf8(bytes).map_err(|error| not_text(error.valid_up_to()))?;
-        match bytes.iter().position(|&byte| byte == 0) {
-            Some(at) => Err(not_text(at)),
-            None => Ok(Self { text, at: 0 }),
+        let good = valid.find('\0').unwrap_or(valid.len());
+        let lexer = Self { text: valid, at: 0 };
+        match good == bytes.len() {
+            true => Ok(lexer),
+            false => Err(lexer.error(
+                good,
+                "not text: a BVH file is ASCII or UTF-8, and this byte is neither",
+            )),
         }
-    }
-
-    fn at(&self) -> usize {
-        self.at
-    }
-
-    /// Returns to a position from [`Self::at`].
-    fn rewind(&mut self, at: usize) {
-        self.at = at;
-    }
-
-    fn bytes_left(&self) -> usize {
-        self.text.len() - self.at
     }
 
     fn skip_space(&mut self) {
         let rest = &self.text.as_bytes()[self.at..];
-        self.at += rest
-            .iter()
-            .position(|&byte| !is_space(byte))
-            .unwrap_or(rest.len());
+        let blanks = rest.iter().position(|&byte| !is_space(byte));
+        self.at += blanks.unwrap_or(rest.len());
     }
 
     /// The next word, or `None` at the end of the text.
@@ -450,41 +393,29 @@ impl<'a> Lexer<'a> {
         self.skip_space();
         let at = self.at;
         let rest = &self.text.as_bytes()[at..];
-        let first = *rest.first()?;
-        let length = if is_brace(first) {
-            1
-        } else {
-            rest.iter()
-                .position(|&byte| is_space(byte) || is_brace(byte))
-                .unwrap_or(rest.len())
+        let ends = |&byte: &u8| is_space(byte) || is_brace(byte);
+        let length = match is_brace(*rest.first()?) {
+            true => 1,
+            false => rest.iter().position(ends).unwrap_or(rest.len()),
         };
         self.at += length;
-        Some(Word {
-            text: &self.text[at..at + length],
-            at,
-        })
+        let text = &self.text[at..at + length];
+        Some(Word { text, at })
     }
 
     /// The rest of the line up to a brace, trimmed.
     fn rest_of_line(&mut self) -> Word<'a> {
-        let rest = &self.text.as_bytes()[self.at..];
-        let blanks = rest.iter().position(|&byte| !matches!(byte, b' ' | b'\t'));
-        self.at += blanks.unwrap_or(rest.len());
-        let at = self.at;
-        let rest = &self.text.as_bytes()[at..];
-        let length = rest
-            .iter()
-            .position(|&byte| is_brace(byte) || matches!(byte, b'\n' | b'\r'))
-            .unwrap_or(rest.len());
-        self.at += length;
-        Word {
-            text: self.text[at..at + length].trim_matches(|c: char| c.is_ascii_whitespace()),
-            at,
-        }
+        let rest = &self.text[self.at..];
+        let own = rest.trim_start_matches([' ', '\t']);
+        let at = self.at + rest.len() - own.len();
+        let length = own.find(['{', '}', '\n', '\r']).unwrap_or(own.len());
+        self.at = at + length;
+        let text = own[..length].trim_matches(|c: char| c.is_ascii_whitespace());
+        Word { text, at }
     }
 
     /// Skips `key` and a colon with any spacing, for example `Frame Time:` or `FRAMETIME :`.
-    fn key(&mut self, key: &str, expected: &'static str) -> Result<(), BvhError> {
+    fn key(&mut self, key: &str, expected: &str) -> Result<(), TextError> {
         self.skip_space();
         let mut wanted = key.bytes();
         for (index, byte) in self.text.bytes().enumerate().skip(self.at) {
@@ -505,58 +436,64 @@ impl<'a> Lexer<'a> {
     }
 
     /// Parses the next word as a finite number.
-    fn number(&mut self, expected: &'static str) -> Result<f64, BvhError> {
-        match self.word() {
-            Some(word) => self.to_number(word, expected),
-            None => Err(self.expected(expected, None)),
-        }
+    fn number(&mut self, expected: &str) -> Result<f64, TextError> {
+        let word = self.word();
+        self.to_number(word, expected)
     }
 
     /// Parses a word as a finite number.
-    fn to_number(&self, word: Word<'_>, expected: &'static str) -> Result<f64, BvhError> {
-        let found = || quoted(word.text);
-        let problem = match word.text.parse::<f64>() {
+    fn to_number(&self, word: Option<Word<'_>>, expected: &str) -> Result<f64, TextError> {
+        let text = word.map_or("", |word| word.text);
+        let problem = match text.parse::<f64>() {
             Ok(value) if value.abs() <= LARGEST_VALUE => return Ok(value),
-            Ok(value) if value.is_finite() => BvhProblem::TooLarge { found: found() },
-            Ok(_) => BvhProblem::NotFinite { found: found() },
-            Err(_) if has_decimal_comma(word.text) => BvhProblem::DecimalComma { found: found() },
-            Err(_) => return Err(self.expected(expected, Some(word))),
+            Ok(value) if value.is_finite() => "is larger than any motion",
+            Ok(_) => return Err(self.expected("a finite number", word)),
+            Err(_) if has_decimal_comma(text) => "has a decimal comma; BVH numbers have a point",
+            Err(_) => return Err(self.expected(expected, word)),
         };
-        Err(self.error(word.at, problem))
+        Err(self.error(self.place(word), format!("{} {problem}", found(word))))
+    }
+
+    /// Position of a word, or of the end of the file.
+    fn place(&self, word: Option<Word<'_>>) -> usize {
+        word.map_or(self.text.len(), |word| word.at)
+    }
+
+    fn second_root(&mut self, word: Word<'_>) -> TextError {
+        let name = self.rest_of_line().text;
+        let problem = format!("a second ROOT, \"{name}\": only files of one skeleton can be read");
+        self.error(word.at, problem)
     }
 
     /// Error for an unexpected word or the end of the file.
-    fn expected(&self, expected: &'static str, word: Option<Word<'_>>) -> BvhError {
-        let at = word.map_or(self.text.len(), |word| word.at);
-        let found = found(word);
-        self.error(at, BvhProblem::Expected { expected, found })
+    fn expected(&self, expected: &str, word: Option<Word<'_>>) -> TextError {
+        let problem = format!("expected {expected}, found {}", found(word));
+        self.error(self.place(word), problem)
     }
 
-    fn error(&self, at: usize, problem: BvhProblem) -> BvhError {
-        error_at(self.text, at, problem)
+    fn error(&self, at: usize, problem: impl Into<String>) -> TextError {
+        let bytes = self.text.as_bytes();
+        let (mut line, mut line_start) = (1, 0);
+        for (index, &byte) in bytes[..at].iter().enumerate() {
+            let ends_line =
+                byte == b'\n' || (byte == b'\r' && bytes.get(index + 1) != Some(&b'\n'));
+            if ends_line {
+                line += 1;
+                line_start = index + 1;
+            }
+        }
+        TextError {
+            line,
+            column: Some(self.text[line_start..at].chars().count() + 1),
+            message: problem.into(),
+        }
     }
 }
 
 /// A word, formatted for an error message.
 fn found(word: Option<Word<'_>>) -> String {
-    word.map_or_else(
-        || "the end of the file".to_owned(),
-        |word| quoted(word.text),
-    )
-}
-
-/// A quoted text, shortened to 40 characters.
-pub(crate) fn quoted(text: &str) -> String {
-    const MOST: usize = 40;
-    let mut short: String = text
-        .chars()
-        .take(MOST)
-        .flat_map(char::escape_debug)
-        .collect();
-    if text.chars().nth(MOST).is_some() {
-        short.push('…');
-    }
-    format!("\"{short}\"")
+    let quoted = word.map(|word| quoted(word.text));
+    quoted.unwrap_or_else(|| "the end of the file".to_owned())
 }
 
 fn is_space(byte: u8) -> bool {
@@ -569,22 +506,4 @@ fn is_brace(byte: u8) -> bool {
 
 fn has_decimal_comma(text: &str) -> bool {
     text.contains(',') && text.replace(',', ".").parse::<f64>().is_ok()
-}
-
-fn error_at(text: &str, at: usize, problem: BvhProblem) -> BvhError {
-    let bytes = text.as_bytes();
-    let at = at.min(bytes.len());
-    let (mut line, mut line_start) = (1, 0);
-    for (index, &byte) in bytes[..at].iter().enumerate() {
-        let ends_line = byte == b'\n' || (byte == b'\r' && bytes.get(index + 1) != Some(&b'\n'));
-        if ends_line {
-            line += 1;
-            line_start = index + 1;
-        }
-    }
-    BvhError {
-        line,
-        column: text[line_start..at].chars().count() + 1,
-        problem,
-    }
 }

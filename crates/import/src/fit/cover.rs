@@ -214,68 +214,69 @@ impl Cover<'_> {
     /// Chooses balls. `ball_at` returns a ball that covers a point, for points that no candidate
     /// covers.
     fn choose(mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<Ball> {
-        let mut chosen = self.greedy(ball_at);
-        self.drop_needless(&mut chosen);
+        let candidates = 0..self.balls.len();
+        let mut covered: Vec<Vec<usize>> = candidates.map(|ball| self.covered_by(ball)).collect();
+        let mut chosen = self.greedy(&mut covered, ball_at);
+        self.drop_needless(&covered, &mut chosen);
         self.exchange(&mut chosen);
         chosen.into_iter().map(|ball| self.balls[ball]).collect()
     }
 
-    fn covers(&self, ball: usize, point: usize) -> bool {
-        self.balls[ball].distance(self.points[point]) <= self.allowed
+    /// The points that a ball covers.
+    fn covered_by(&self, ball: usize) -> Vec<usize> {
+        let covers = |point: &usize| self.balls[ball].distance(self.points[*point]) <= self.allowed;
+        (0..self.points.len()).filter(covers).collect()
     }
 
     /// Repeatedly chooses the ball that covers the most remaining points. Ties are decided for the
     /// larger ball, then for the first.
-    fn greedy(&mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<usize> {
-        let covered: Vec<PointSet> = (0..self.balls.len())
-            .map(|ball| self.covered_by(ball))
-            .collect();
-        let mut left = PointSet::all(self.points.len());
+    fn greedy(
+        &mut self,
+        covered: &mut Vec<Vec<usize>>,
+        ball_at: impl Fn(usize) -> Ball,
+    ) -> Vec<usize> {
+        let mut is_left = vec![true; self.points.len()];
         let mut chosen = Vec::new();
         while chosen.len() < self.most {
-            let Some(open) = left.first() else { break };
-            let gain = |ball: usize| (covered[ball].common(&left), self.balls[ball].radius);
-            let gains: Vec<(u32, f32)> = (0..covered.len()).map(gain).collect();
-            let order = |&a: &usize, &b: &usize| {
-                let by_radius = gains[a].1.total_cmp(&gains[b].1);
-                gains[a].0.cmp(&gains[b].0).then(by_radius).then(b.cmp(&a))
+            let Some(open) = is_left.iter().position(|&is_left| is_left) else {
+                break;
             };
-            let best = (0..covered.len())
-                .max_by(order)
-                .filter(|&ball| gains[ball].0 > 0);
-            if let Some(ball) = best {
-                left.remove(&covered[ball]);
-                chosen.push(ball);
-            } else {
-                let ball = self.balls.len();
+            let gain = |ball: usize| {
+                covered[ball]
+                    .iter()
+                    .filter(|&&point| is_left[point])
+                    .count()
+            };
+            let gains: Vec<usize> = (0..covered.len()).map(gain).collect();
+            let order = |&a: &usize, &b: &usize| {
+                let by_radius = self.balls[a].radius.total_cmp(&self.balls[b].radius);
+                gains[a].cmp(&gains[b]).then(by_radius).then(b.cmp(&a))
+            };
+            let best = (0..covered.len()).max_by(order);
+            let ball = best.filter(|&ball| gains[ball] > 0).unwrap_or_else(|| {
                 self.balls.push(ball_at(open));
-                left.remove(&self.covered_by(ball));
+                covered.push(self.covered_by(self.balls.len() - 1));
                 // The ball was created to cover this point, so the point is removed even if
                 // rounding says otherwise.
-                left.clear(open);
-                chosen.push(ball);
-            }
+                is_left[open] = false;
+                self.balls.len() - 1
+            });
+            covered[ball]
+                .iter()
+                .for_each(|&point| is_left[point] = false);
+            chosen.push(ball);
         }
         chosen
     }
 
-    fn covered_by(&self, ball: usize) -> PointSet {
-        PointSet::of(self.points.len(), |point| self.covers(ball, point))
-    }
-
     /// Removes balls whose points later choices cover completely.
-    fn drop_needless(&self, chosen: &mut Vec<usize>) {
+    fn drop_needless(&self, covered: &[Vec<usize>], chosen: &mut Vec<usize>) {
         let mut times = vec![0_u32; self.points.len()];
         for &ball in chosen.iter() {
-            for point in (0..self.points.len()).filter(|&point| self.covers(ball, point)) {
-                times[point] += 1;
-            }
+            covered[ball].iter().for_each(|&point| times[point] += 1);
         }
         for at in (0..chosen.len()).rev() {
-            let ball = chosen[at];
-            let own: Vec<usize> = (0..self.points.len())
-                .filter(|&point| self.covers(ball, point))
-                .collect();
+            let own = &covered[chosen[at]];
             if chosen.len() > 1 && !own.is_empty() && own.iter().all(|&point| times[point] > 1) {
                 own.iter().for_each(|&point| times[point] -= 1);
                 chosen.remove(at);
@@ -297,9 +298,8 @@ impl Cover<'_> {
                     mine[at].push(point);
                 }
             }
-            let better: Vec<usize> = chosen
-                .iter()
-                .zip(&mine)
+            let better = chosen.iter().zip(&mine);
+            let better: Vec<usize> = better
                 .map(|(&ball, mine)| self.best_for(mine, ball))
                 .collect();
             let deepest = self.worst(&better);
@@ -335,52 +335,7 @@ impl Cover<'_> {
     fn worst(&self, chosen: &[usize]) -> f32 {
         let balls = || chosen.iter().map(|&ball| &self.balls[ball]);
         let out = |&point: &Vec3| nearest_distance(balls(), point);
-        self.points
-            .iter()
-            .map(out)
-            .fold(f32::NEG_INFINITY, f32::max)
-    }
-}
-
-/// A set of points.
-struct PointSet(Vec<u64>);
-
-impl PointSet {
-    fn of(count: usize, has: impl Fn(usize) -> bool) -> Self {
-        let word = |word: usize| {
-            let points = 64 * word..count.min(64 * (word + 1));
-            points.fold(0, |bits, point| {
-                bits | u64::from(has(point)) << (point % 64)
-            })
-        };
-        Self((0..count.div_ceil(64)).map(word).collect())
-    }
-
-    fn all(count: usize) -> Self {
-        Self::of(count, |_| true)
-    }
-
-    fn first(&self) -> Option<usize> {
-        let word = self.0.iter().position(|&bits| bits != 0)?;
-        Some(64 * word + self.0[word].trailing_zeros() as usize)
-    }
-
-    fn common(&self, other: &Self) -> u32 {
-        self.0
-            .iter()
-            .zip(&other.0)
-            .map(|(a, b)| (a & b).count_ones())
-            .sum()
-    }
-
-    fn remove(&mut self, other: &Self) {
-        self.0
-            .iter_mut()
-            .zip(&other.0)
-            .for_each(|(bits, gone)| *bits &= !gone);
-    }
-
-    fn clear(&mut self, point: usize) {
-        self.0[point / 64] &= !(1 << (point % 64));
+        let out = self.points.iter().map(out);
+        out.fold(f32::NEG_INFINITY, f32::max)
     }
 }

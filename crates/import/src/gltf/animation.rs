@@ -106,54 +106,40 @@ struct Track {
 }
 
 impl Tracks {
-    /// No tracks, of an animation with a name.
-    pub(super) fn new(name: String) -> Self {
-        Self {
-            name,
-            nodes: HashMap::new(),
-        }
-    }
-
     /// Reads the tracks of the nodes for which `moves` returns true.
     pub(super) fn read(
-        &mut self,
+        name: String,
         container: &Container,
         animation: &Animation,
         moves: impl Fn(usize) -> bool,
-    ) -> Result<(), GltfError> {
+    ) -> Result<Self, GltfError> {
+        let mut nodes: HashMap<usize, NodeTracks> = HashMap::new();
         for target in targets(animation).filter(|target| moves(target.node)) {
             let Target {
                 node,
                 property,
                 sampler,
             } = target;
-            let sampler = animation
-                .samplers
-                .get(sampler)
-                .ok_or_else(|| GltfError::Index {
-                    from: format!("animation \"{}\"", self.name),
-                    what: "sampler",
-                    index: sampler,
-                })?;
+            let of_animation = || format!("animation \"{name}\"");
+            let found = animation.samplers.get(sampler);
+            let sampler =
+                found.ok_or_else(|| GltfError::index(of_animation(), "sampler", sampler))?;
             let Some(mut track) = Track::read(container, sampler, property)? else {
                 continue;
             };
-            track
-                .check(property)
-                .map_err(|(key, problem)| GltfError::Key {
-                    animation: self.name.clone(),
-                    node: node_name(container, node),
-                    key,
-                    problem,
-                })?;
-            let of_node = self.nodes.entry(node).or_default();
+            track.check(property).map_err(|(key, problem)| {
+                let of_node = node_name(container, node);
+                let key = format!("{}, node \"{of_node}\", key {key}", of_animation());
+                GltfError::part(key, problem)
+            })?;
+            let of_node = nodes.entry(node).or_default();
             *match property {
                 Property::Rotation => &mut of_node.rotation,
                 Property::Scale => &mut of_node.scale,
                 _ => &mut of_node.translation,
             } = Some(track);
         }
-        Ok(())
+        Ok(Self { name, nodes })
     }
 
     /// Times of all keys, track by track.
@@ -172,9 +158,8 @@ impl Tracks {
             return *rest;
         };
         let vector = |track: &Option<Track>, rest: Vec3| {
-            track
-                .as_ref()
-                .map_or(rest, |track| track.at(time, mix).truncate())
+            let value = track.as_ref().map(|track| track.at(time, Vec4::lerp));
+            value.map_or(rest, Vec4::truncate)
         };
         let rotation = tracks.rotation.as_ref().map(|track| {
             let value = track.at(time, |a, b, share| {
@@ -190,10 +175,6 @@ impl Tracks {
             scale: vector(&tracks.scale, rest.scale),
         }
     }
-}
-
-fn mix(a: Vec4, b: Vec4, share: f32) -> Vec4 {
-    a.lerp(b, share)
 }
 
 impl Track {

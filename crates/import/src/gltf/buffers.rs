@@ -4,21 +4,19 @@
 //! count down from 0 and unwrap, so a malicious file would panic. Its validation also rejects files
 //! for errors in their meshes, which are not read here.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gltf_json::accessor::sparse::Sparse;
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::buffer::View;
-use gltf_json::validation::Checked;
+use gltf_json::validation::{Checked, USize64};
 use gltf_json::{Accessor, Index, Root};
 use sabaki::archive::LARGEST_FILE;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
-use serde_json::value::{RawValue, to_raw_value};
+use serde_json::Value;
 
 use super::GltfError;
 use crate::file::without_mark;
@@ -84,10 +82,7 @@ impl Container {
         };
         let mut buffers = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
-            let failed = |problem: String| GltfError::Buffer {
-                buffer: index,
-                problem,
-            };
+            let failed = |problem: String| GltfError::part(format!("buffer {index}"), problem);
             let bytes = match &buffer.uri {
                 // Only the first buffer can be the GLB container's binary chunk.
                 None => binary.take().map(|binary| Rc::new(binary.to_vec())),
@@ -111,9 +106,9 @@ impl Container {
             let source = buffers.get(of.buffer).and_then(Option::as_ref);
             let most = LARGEST_FILE.saturating_sub(bytes);
             let decoded = of.decode(source, view.byte_length.0, most);
-            let decoded = decoded.map_err(|problem| GltfError::Compressed {
-                view: index,
-                problem,
+            let decoded = decoded.map_err(|problem| {
+                let view = format!("buffer view {index}, compressed by EXT_meshopt_compression");
+                GltfError::part(view, problem)
             })?;
             bytes += decoded.len() as u64;
             view.buffer = Index::new(buffers.len() as u32);
@@ -407,43 +402,22 @@ fn unescaped(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-type Object = BTreeMap<String, Box<RawValue>>;
-
 /// The file without the channels of animations that have no node; `None` if all have one, or if the text is invalid. The specification (3.11)
 /// has readers ignore such channels, and the extension KHR_animation_pointer writes them, but the crate `gltf-json` rejects the file.
 fn without_nodeless(json: &[u8]) -> Option<Vec<u8>> {
-    let mut root: Object = serde_json::from_slice(json).ok()?;
-    let mut animations: Vec<Object> = serde_json::from_str(root.get("animations")?.get()).ok()?;
-    let mut removed = 0;
-    for animation in &mut animations {
-        let Some(channels) = animation.get_mut("channels") else {
-            continue;
-        };
-        let mut kept: Vec<Box<RawValue>> = serde_json::from_str(channels.get()).ok()?;
-        let all = kept.len();
-        kept.retain(|channel| has_node(channel));
-        removed += all - kept.len();
-        *channels = to_raw_value(&kept).ok()?;
+    let mut document: Value = serde_json::from_slice(json).ok()?;
+    let mut is_changed = false;
+    for animation in document.get_mut("animations")?.as_array_mut()? {
+        let channels = animation.get_mut("channels")?.as_array_mut()?;
+        let all = channels.len();
+        channels.retain(|channel| {
+            // What is no channel is left for later checks.
+            let target = channel.get("target").and_then(Value::as_object);
+            target.is_none_or(|target| target.get("node").is_some_and(|node| !node.is_null()))
+        });
+        is_changed |= channels.len() < all;
     }
-    if removed == 0 {
-        return None;
-    }
-    root.insert("animations".to_owned(), to_raw_value(&animations).ok()?);
-    serde_json::to_vec(&root).ok()
-}
-
-/// Whether a channel has a node. What is no channel is left for later checks.
-fn has_node(channel: &RawValue) -> bool {
-    #[derive(Deserialize)]
-    struct Channel {
-        target: Target,
-    }
-    #[derive(Deserialize)]
-    struct Target {
-        node: Option<IgnoredAny>,
-    }
-    let channel: Result<Channel, _> = serde_json::from_str(channel.get());
-    channel.map_or(true, |channel| channel.target.node.is_some())
+    is_changed.then(|| serde_json::to_vec(&document).ok())?
 }
 
 impl Container {
@@ -502,161 +476,94 @@ impl Container {
         from: impl Fn() -> String,
         decoder: impl Fn(ComponentType, bool) -> Result<Decode<T>, &'static str>,
     ) -> Result<Vec<[T; N]>, GltfError> {
-        let accessors = &self.root.accessors;
-        let accessor = accessors.get(index).ok_or_else(|| GltfError::Index {
-            from: from(),
-            what: "accessor",
-            index,
-        })?;
-        let wrong = |problem| GltfError::Accessor {
-            accessor: index,
-            problem,
-        };
+        let accessor = self.root.accessors.get(index);
+        let accessor = accessor.ok_or_else(|| GltfError::index(from(), "accessor", index))?;
+        let wrong = |problem| GltfError::part(format!("accessor {index}"), problem);
         let component = match accessor.component_type {
             Checked::Valid(component) => component.0,
             Checked::Invalid => return Err(wrong("it has no known component type")),
         };
         let decode = decoder(component, accessor.normalized).map_err(wrong)?;
-        let width = match accessor.type_ {
-            Checked::Valid(Type::Scalar) => 1,
-            Checked::Valid(Type::Vec2) => 2,
-            Checked::Valid(Type::Vec3) => 3,
-            Checked::Valid(Type::Vec4) => 4,
-            Checked::Valid(Type::Mat4) => 16,
-            _ => 0,
-        };
-        if width != N {
+        let is_as_wide = |kind: Type| kind != Type::Mat2 && kind.multiplicity() == N;
+        if !matches!(accessor.type_, Checked::Valid(kind) if is_as_wide(kind)) {
             return Err(wrong("its elements have not the size that is wanted"));
         }
-        let reader = Reader {
-            container: self,
-            accessor: index,
-            from: &from,
-            component,
-            decode,
+        // Bytes of each of `count` elements of a view, from an offset in bytes on.
+        let bytes = |view: Index<View>, offset: USize64, count: u64, size: usize| {
+            let missing = |what, index| GltfError::index(from(), what, index);
+            let (index, views) = (view.value(), &self.root.buffer_views);
+            let view = views
+                .get(index)
+                .ok_or_else(|| missing("buffer view", index))?;
+            let index = view.buffer.value();
+            let buffer = self.buffers.get(index).and_then(Option::as_ref);
+            let buffer = buffer.ok_or_else(|| missing("buffer", index))?;
+            let stride = view.byte_stride.map_or(size, |stride| stride.0);
+            let start = usize::try_from(offset.0).ok();
+            let bytes = within(buffer, view).and_then(|view| view.get(start?..));
+            let end = match count.checked_sub(1) {
+                None => Some(0),
+                // Overlapping elements are rejected, because they could expand a small file to large data.
+                Some(last) => Some(last)
+                    .filter(|_| stride >= size)
+                    .and_then(|last| last.checked_mul(stride as u64)?.checked_add(size as u64)),
+            };
+            let is_within = |bytes: &&[u8]| end.is_some_and(|end| end <= bytes.len() as u64);
+            let bytes = bytes.filter(is_within);
+            let bytes = bytes.ok_or_else(|| wrong("it is not within its buffer"))?;
+            Ok::<_, GltfError>(
+                (0..count as usize).map(move |element| &bytes[element * stride..][..size]),
+            )
         };
-        let offset = accessor.byte_offset.unwrap_or_default().0;
-        let count = accessor.count.0;
-        let mut values = match (accessor.buffer_view, &accessor.sparse) {
-            (Some(view), _) => reader.values(view.value(), offset, count)?,
-            (None, Some(_)) => reader.zeros(count)?,
+        let values = |view, offset, count| -> Result<Vec<[T; N]>, GltfError> {
+            let size = component.size();
+            let elements = bytes(view, offset, count, size * N)?;
+            let part = |bytes: &[u8], part| decode(component, &bytes[part * size..]);
+            Ok(elements
+                .map(|bytes| std::array::from_fn(|at| part(bytes, at)))
+                .collect())
+        };
+        let (offset, count) = (accessor.byte_offset.unwrap_or_default(), accessor.count.0);
+        let mut found = match (accessor.buffer_view, &accessor.sparse) {
+            (Some(view), _) => values(view, offset, count)?,
+            // Key times increase, so all but one are stored in a buffer, and other accessors have at
+            // most three elements for each key.
+            (None, Some(_)) if count <= self.bytes => vec![[T::default(); N]; count as usize],
+            (None, Some(_)) => {
+                return Err(wrong("it has more elements than the buffers have bytes"));
+            }
             (None, None) => return Err(wrong("it has no buffer view")),
         };
-        if let Some(sparse) = &accessor.sparse {
-            reader.replace(&mut values, sparse)?;
+        let Some(sparse) = &accessor.sparse else {
+            return Ok(found);
+        };
+        let Checked::Valid(kind) = sparse.indices.component_type else {
+            return Err(wrong("its sparse indices have no known type"));
+        };
+        let (indices, own, count) = (&sparse.indices, &sparse.values, sparse.count.0);
+        let indices = bytes(
+            indices.buffer_view,
+            indices.byte_offset,
+            count,
+            kind.0.size(),
+        )?;
+        let own = values(own.buffer_view, own.byte_offset, count)?;
+        let mut next = 0;
+        for (bytes, value) in indices.zip(own) {
+            let index = little_endian(bytes);
+            if index < next {
+                return Err(wrong("its sparse indices do not increase"));
+            }
+            let place = found.get_mut(index);
+            *place.ok_or_else(|| wrong("a sparse index is beyond its end"))? = value;
+            next = index + 1;
         }
-        Ok(values)
+        Ok(found)
     }
 }
 
 /// Decodes the component at the start of bytes, which must be long enough.
 type Decode<T> = fn(ComponentType, &[u8]) -> T;
-
-/// Reader of one accessor.
-struct Reader<'a, F, T> {
-    container: &'a Container,
-    accessor: usize,
-    /// Returns the name of the object that refers to the accessor.
-    from: &'a F,
-    component: ComponentType,
-    decode: Decode<T>,
-}
-
-impl<F: Fn() -> String, T: Copy + Default> Reader<'_, F, T> {
-    fn wrong(&self, problem: &'static str) -> GltfError {
-        GltfError::Accessor {
-            accessor: self.accessor,
-            problem,
-        }
-    }
-
-    /// Bytes of each of `count` elements of a view, from an offset in bytes on.
-    fn bytes(
-        &self,
-        view: usize,
-        offset: u64,
-        count: u64,
-        size: usize,
-    ) -> Result<impl Iterator<Item = &[u8]>, GltfError> {
-        let missing = |what, index| GltfError::Index {
-            from: (self.from)(),
-            what,
-            index,
-        };
-        let views = &self.container.root.buffer_views;
-        let view = views
-            .get(view)
-            .ok_or_else(|| missing("buffer view", view))?;
-        let index = view.buffer.value();
-        let buffer = self.container.buffers.get(index).and_then(Option::as_ref);
-        let buffer = buffer.ok_or_else(|| missing("buffer", index))?;
-        let stride = view.byte_stride.map_or(size, |stride| stride.0);
-        // Overlapping elements are rejected, because they could expand a small file to large data.
-        let bytes = within(buffer, view).and_then(|view| view.get(usize::try_from(offset).ok()?..));
-        let bytes = bytes.filter(|bytes| match count.checked_sub(1) {
-            None => true,
-            Some(last) => {
-                let start = last.checked_mul(stride as u64);
-                let end = start.and_then(|start| start.checked_add(size as u64));
-                stride >= size && end.is_some_and(|end| end <= bytes.len() as u64)
-            }
-        });
-        let bytes = bytes.ok_or_else(|| self.wrong("it is not within its buffer"))?;
-        Ok((0..count as usize).map(move |element| &bytes[element * stride..][..size]))
-    }
-
-    fn values<const N: usize>(
-        &self,
-        view: usize,
-        offset: u64,
-        count: u64,
-    ) -> Result<Vec<[T; N]>, GltfError> {
-        let (component, decode) = (self.component, self.decode);
-        let value = |bytes: &[u8]| -> [T; N] {
-            std::array::from_fn(|part| decode(component, &bytes[part * component.size()..]))
-        };
-        let bytes = self.bytes(view, offset, count, component.size() * N)?;
-        Ok(bytes.map(value).collect())
-    }
-
-    /// Initial values of a sparse accessor without a view.
-    fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[T; N]>, GltfError> {
-        // Key times increase, so all but one are stored in a buffer, and other accessors have at
-        // most three elements for each key.
-        match usize::try_from(count) {
-            Ok(elements) if count <= self.container.bytes => Ok(vec![[T::default(); N]; elements]),
-            _ => Err(self.wrong("it has more elements than the buffers have bytes")),
-        }
-    }
-
-    /// Replaces the elements of a sparse accessor.
-    fn replace<const N: usize>(
-        &self,
-        values: &mut [[T; N]],
-        sparse: &Sparse,
-    ) -> Result<(), GltfError> {
-        let kind = match sparse.indices.component_type {
-            Checked::Valid(kind) => kind.0,
-            Checked::Invalid => return Err(self.wrong("its sparse indices have no known type")),
-        };
-        let count = sparse.count.0;
-        let (indices, offset) = (&sparse.indices, sparse.indices.byte_offset.0);
-        let indices = self.bytes(indices.buffer_view.value(), offset, count, kind.size())?;
-        let (own, offset) = (&sparse.values, sparse.values.byte_offset.0);
-        let own = self.values::<N>(own.buffer_view.value(), offset, count)?;
-        let mut next = 0;
-        for (bytes, value) in indices.zip(own) {
-            let index = little_endian(bytes);
-            if index < next {
-                return Err(self.wrong("its sparse indices do not increase"));
-            }
-            let place = values.get_mut(index);
-            *place.ok_or_else(|| self.wrong("a sparse index is beyond its end"))? = value;
-            next = index + 1;
-        }
-        Ok(())
-    }
-}
 
 /// Unsigned little-endian number of up to four bytes.
 fn little_endian(bytes: &[u8]) -> usize {

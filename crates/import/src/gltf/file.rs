@@ -1,4 +1,4 @@
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{DMat3, Quat, Vec3};
@@ -8,11 +8,11 @@ use super::GltfError;
 use super::animation::{Frames, Moves, Tracks};
 use super::buffers::{Container, ReadPurpose};
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
-use crate::bvh::{MotionError, UsedNames};
-use crate::figure::moves_joints;
+use crate::bvh::{MotionError, UsedNames, repeated_names};
+use crate::figure::{clip_of_poses, mapped};
 use crate::rotation::{nearest_rotation, outer};
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
 ///
@@ -92,17 +92,20 @@ impl GltfFile {
                 continue;
             }
             // The keys of one animation at a time are in memory, because keys take more than frames.
-            let mut tracks = Tracks::new(name);
-            tracks.read(&container, animation, is_moving)?;
+            let tracks = Tracks::read(name, &container, animation, is_moving)?;
             animations.push(GltfAnimation {
                 events: events_of(animation, &tracks.name)?,
                 clip: rig.clip(&skeleton, &tracks, &mut entries)?,
                 name: tracks.name,
             });
         }
+        let names = nodes.joints.iter().map(|&node| node_name(&container, node));
+        let names: Vec<String> = names.collect();
+        let mut repeated_names = repeated_names(names.iter().map(String::as_str));
+        repeated_names.sort();
         Ok(Self {
             skeleton,
-            repeated_names: repeated_names(&container, &nodes.joints),
+            repeated_names,
             nodes: nodes.joints,
             animations,
             notes,
@@ -149,29 +152,11 @@ impl GltfFile {
         name: &str,
         metres_per_unit: f64,
     ) -> Result<(Skeleton, Clip), MotionError> {
-        let mut joints: Vec<Joint> = self.skeleton.joints().to_vec();
-        for joint in &mut joints {
-            joint.offset = (joint.offset.as_dvec3() * metres_per_unit).as_vec3();
-        }
-        let skeleton = Skeleton::new(joints)?;
+        let metres = |place: Vec3| (place.as_dvec3() * metres_per_unit).as_vec3();
         let mut desc = animation.clip.desc();
         name.clone_into(&mut desc.name);
-        for place in desc.roots.iter_mut().chain(&mut desc.translations) {
-            *place = (place.as_dvec3() * metres_per_unit).as_vec3();
-        }
-        let clip = Clip::new(&skeleton, desc)?;
-        Ok((skeleton, clip))
+        Ok(mapped(&self.skeleton, desc, metres, |rotation| rotation)?)
     }
-}
-
-/// The names that several of the nodes have, each once.
-fn repeated_names(container: &Container, nodes: &[usize]) -> Vec<String> {
-    let mut counts = BTreeMap::new();
-    for &node in nodes {
-        *counts.entry(node_name(container, node)).or_insert(0) += 1;
-    }
-    counts.retain(|_, &mut count| count > 1);
-    counts.into_keys().collect()
 }
 
 /// Events in the `extras` of an animation.
@@ -184,9 +169,8 @@ fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEn
     let Some(extras) = &animation.extras else {
         return Ok(Vec::new());
     };
-    let failed = |error: serde_json::Error| GltfError::Events {
-        animation: name.to_owned(),
-        problem: error.to_string(),
+    let failed = |error: serde_json::Error| {
+        GltfError::animation(name, format!("the events in its extras: {error}"))
     };
     // Other keys belong to other programs and may hold anything.
     let value: serde_json::Value = serde_json::from_str(extras.get()).map_err(failed)?;
@@ -330,46 +314,39 @@ impl<'a> Rig<'a> {
         let joints = skeleton.len();
         let own = frames.count.saturating_mul(joints as u64);
         *entries = entries.saturating_add(own);
-        let animation = || tracks.name.clone();
         if *entries > MOST_ENTRIES {
-            return Err(GltfError::TooLong {
-                animation: animation(),
-                frames: frames.count,
-                joints,
-            });
+            let frames = frames.count;
+            let problem = format!(
+                "{frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"
+            );
+            return Err(GltfError::animation(&tracks.name, problem));
         }
         let seconds = (frames.count - 1) as f64 / frames.rate;
         if seconds > LONGEST_CLIP {
-            return Err(GltfError::Duration {
-                animation: animation(),
-                seconds,
-            });
+            let problem = format!("it lasts {seconds} s; {LONGEST_CLIP} s is the most");
+            return Err(GltfError::animation(&tracks.name, problem));
         }
-        let mut desc = ClipDesc {
-            name: animation(),
-            frame_rate: frames.rate,
-            roots: Vec::with_capacity(frames.count as usize),
-            rotations: Vec::with_capacity(own as usize),
-            translations: Vec::with_capacity(own as usize),
-        };
         let mut worlds = Vec::new();
-        for frame in 0..frames.count {
-            let time = frames.time(frame);
+        let pose = |frame: usize, pose: &mut Pose| {
+            let time = frames.time(frame as u64);
             let local = |link: &Link| tracks.sample(link.node, &link.rest, time);
-            for (index, (rotation, place)) in self.pose(local, &mut worlds).into_iter().enumerate()
-            {
-                if index == 0 {
-                    desc.roots.push(place);
+            let (rotations, places): (Vec<Quat>, Vec<Vec3>) =
+                self.pose(local, &mut worlds).into_iter().unzip();
+            pose.root = places[0];
+            (pose.rotations, pose.translations) = (rotations, places);
+            for (joint, rotation) in skeleton.joints().iter().zip(&mut pose.rotations) {
+                if joint.kind == JointKind::EndSite {
+                    *rotation = Quat::IDENTITY;
                 }
-                let is_end = skeleton.joints()[index].kind == JointKind::EndSite;
-                desc.rotations
-                    .push(if is_end { Quat::IDENTITY } else { rotation });
-                desc.translations.push(place);
             }
-        }
-        if !moves_joints(skeleton, &desc.translations) {
-            desc.translations = Vec::new();
-        }
-        Ok(Clip::new(skeleton, desc)?)
+        };
+        let count = frames.count as usize;
+        Ok(clip_of_poses(
+            skeleton,
+            &tracks.name,
+            frames.rate,
+            count,
+            pose,
+        )?)
     }
 }

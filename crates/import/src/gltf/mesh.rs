@@ -85,8 +85,7 @@ impl SkinnedMesh {
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let container = Container::parse(bytes, ReadPurpose::Mesh, &mut load)?;
-        let mut left_out = LeftOut::default();
-        let mut parts = parts(&container, &mut left_out)?;
+        let (mut parts, [unskinned, no_triangles, morphs]) = parts(&container)?;
         let skins: BTreeSet<usize> = parts.iter().map(|part| part.skin).collect();
         let rig = Rig::of(&container, &skins)?;
         let mut of_images = HashMap::new();
@@ -98,19 +97,15 @@ impl SkinnedMesh {
             .iter()
             .max_by_key(|&(&image, &vertices)| (vertices, std::cmp::Reverse(image)));
         let main = main.and_then(|(&image, _)| image);
-        left_out.textures = of_images.len().saturating_sub(1);
         // Each image is decoded once, and only the mesh's own and the current one are in memory.
         parts.sort_by_key(|part| part.image);
         let mut builder = Builder {
             container: &container,
             rig: &rig,
-            materials: Materials {
-                container: &container,
-                load: &mut load,
-                main,
-                own: None,
-                last: None,
-            },
+            load: &mut load,
+            main,
+            own: None,
+            last: None,
             vertices: Vec::new(),
             triangles: Vec::new(),
             many_joints: 0,
@@ -121,56 +116,38 @@ impl SkinnedMesh {
         if builder.triangles.is_empty() {
             return Err(GltfError::NoMesh);
         }
-        left_out.joints = builder.many_joints;
         let mut notes: Vec<String> = Container::note_of_extensions(&container.root.extensions_used)
             .into_iter()
             .collect();
-        notes.extend(left_out.notes());
+        let simplified = [
+            (unskinned, "meshes without a skin are left out"),
+            (
+                no_triangles,
+                "points, lines, strips and fans, and triangles without joints, are left out",
+            ),
+            (
+                morphs,
+                "parts keep the shape that they have without morph targets",
+            ),
+            (
+                of_images.len().saturating_sub(1),
+                "textures beside that of most vertices become colours of vertices",
+            ),
+            (
+                builder.many_joints,
+                "vertices with more than four joints keep the strongest four",
+            ),
+        ];
+        let simplified = simplified.iter().filter(|(count, _)| *count > 0);
+        notes.extend(simplified.map(|(count, what)| format!("{what}: {count}")));
         Ok(Self {
             vertices: builder.vertices,
             triangles: builder.triangles,
-            texture: builder.materials.own.map(Rc::unwrap_or_clone),
+            texture: builder.own.map(Rc::unwrap_or_clone),
             joints: rig.joints,
             notes,
             generator: container.root.asset.generator.clone().unwrap_or_default(),
         })
-    }
-}
-
-/// Numbers of things that are left out or simplified.
-#[derive(Default)]
-struct LeftOut {
-    unskinned: usize,
-    no_triangles: usize,
-    morphs: usize,
-    textures: usize,
-    joints: usize,
-}
-
-impl LeftOut {
-    fn notes(&self) -> impl Iterator<Item = String> {
-        [
-            (self.unskinned, "meshes without a skin are left out"),
-            (
-                self.no_triangles,
-                "points, lines, strips and fans, and triangles without joints, are left out",
-            ),
-            (
-                self.morphs,
-                "parts keep the shape that they have without morph targets",
-            ),
-            (
-                self.textures,
-                "textures beside that of most vertices become colours of vertices",
-            ),
-            (
-                self.joints,
-                "vertices with more than four joints keep the strongest four",
-            ),
-        ]
-        .into_iter()
-        .filter(|&(count, _)| count > 0)
-        .map(|(count, what)| format!("{what}: {count}"))
     }
 }
 
@@ -184,49 +161,41 @@ struct Part<'a> {
     image: Option<usize>,
 }
 
-/// All triangles that skins move, node by node.
-fn parts<'a>(container: &'a Container, left_out: &mut LeftOut) -> Result<Vec<Part<'a>>, GltfError> {
+/// All triangles that skins move, node by node; and numbers of nodes without a skin, of parts that are no skinned triangles, and of parts
+/// with morph targets.
+fn parts(container: &Container) -> Result<(Vec<Part<'_>>, [usize; 3]), GltfError> {
+    const NEEDED: [Semantic; 3] = [
+        Semantic::Positions,
+        Semantic::Joints(0),
+        Semantic::Weights(0),
+    ];
     let root = &container.root;
-    let has =
-        |primitive: &Primitive, wanted| primitive.attributes.contains_key(&Checked::Valid(wanted));
     let is_read = |primitive: &Primitive| {
-        primitive.mode == Checked::Valid(Mode::Triangles)
-            && [
-                Semantic::Positions,
-                Semantic::Joints(0),
-                Semantic::Weights(0),
-            ]
-            .into_iter()
-            .all(|wanted| has(primitive, wanted))
+        let has = |wanted| attribute(primitive, wanted).is_some();
+        primitive.mode == Checked::Valid(Mode::Triangles) && NEEDED.into_iter().all(has)
     };
     let vertices = |primitive: &Primitive| {
-        let accessor = primitive
-            .attributes
-            .get(&Checked::Valid(Semantic::Positions));
-        let accessor = accessor.and_then(|index| root.accessors.get(index.value()));
+        let accessor = attribute(primitive, Semantic::Positions);
+        let accessor = accessor.and_then(|index| root.accessors.get(index));
         // An accessor that is not there is reported when it is read.
         accessor.map_or(1, |accessor| accessor.count.0)
     };
     let (mut parts, mut used, mut total) = (Vec::new(), HashMap::new(), 0u64);
+    let [mut unskinned, mut no_triangles, mut morphs] = [0; 3];
     for (node, of_mesh) in root.nodes.iter().enumerate() {
         let Some(mesh) = of_mesh.mesh else { continue };
         let Some(skin) = of_mesh.skin else {
-            left_out.unskinned += 1;
+            unskinned += 1;
             continue;
         };
         let index = mesh.value();
-        let mesh = root.meshes.get(index).ok_or_else(|| GltfError::Index {
-            from: format!("node {node}"),
-            what: "mesh",
-            index,
-        })?;
+        let missing = || GltfError::index(format!("node {node}"), "mesh", index);
+        let mesh = root.meshes.get(index).ok_or_else(missing)?;
         let primitives = used.entry(index).or_insert_with(|| {
             let all = mesh.primitives.iter();
-            left_out.no_triangles += all.clone().filter(|primitive| !is_read(primitive)).count();
-            left_out.morphs += all
-                .clone()
-                .filter(|primitive| primitive.targets.is_some())
-                .count();
+            let count = |is_it: &dyn Fn(&&Primitive) -> bool| all.clone().filter(is_it).count();
+            no_triangles += count(&|primitive| !is_read(primitive));
+            morphs += count(&|primitive| primitive.targets.is_some());
             all.filter(|primitive| is_read(primitive) && vertices(primitive) > 0)
                 .collect::<Vec<_>>()
         });
@@ -236,50 +205,47 @@ fn parts<'a>(container: &'a Container, left_out: &mut LeftOut) -> Result<Vec<Par
             if total > MOST_VERTICES as u64 {
                 return Err(TOO_LARGE);
             }
-            let image = material(container, primitive)?.and_then(|(_, texture)| texture);
+            let (_, texture) = material(container, primitive)?;
             parts.push(Part {
                 skin: skin.value(),
                 primitive,
                 vertices,
-                image: image.map(|(_, image)| image),
+                image: texture.map(|(_, image)| image),
             });
         }
     }
-    Ok(parts)
+    Ok((parts, [unskinned, no_triangles, morphs]))
 }
 
 const TOO_LARGE: GltfError = GltfError::Mesh("it has more than 1,048,576 vertices or triangles");
 
+/// Accessor of an attribute.
+fn attribute(primitive: &Primitive, wanted: Semantic) -> Option<usize> {
+    let found = primitive.attributes.get(&Checked::Valid(wanted));
+    found.map(|index| index.value())
+}
+
 /// Linear colour of a primitive's material, and its texture with the image.
 type Base<'a> = ([f32; 4], Option<(&'a Info, usize)>);
 
-fn material<'a>(
-    container: &'a Container,
-    primitive: &Primitive,
-) -> Result<Option<Base<'a>>, GltfError> {
+fn material<'a>(container: &'a Container, primitive: &Primitive) -> Result<Base<'a>, GltfError> {
     let root = &container.root;
     let Some(material) = primitive.material else {
-        return Ok(None);
+        return Ok(([1.0; 4], None));
     };
-    let missing = |what: &'static str, index: usize| GltfError::Index {
-        from: "a material".to_owned(),
-        what,
-        index,
-    };
-    let material = root
-        .materials
-        .get(material.value())
-        .ok_or_else(|| missing("material", material.value()))?;
+    let missing = |what, index| GltfError::index("a material", what, index);
+    let index = material.value();
+    let material = root.materials.get(index);
+    let material = material.ok_or_else(|| missing("material", index))?;
     let base = &material.pbr_metallic_roughness;
     let factor = base.base_color_factor.0.map(|part| part.clamp(0.0, 1.0));
     let Some(info) = &base.base_color_texture else {
-        return Ok(Some((factor, None)));
+        return Ok((factor, None));
     };
-    let texture = root
-        .textures
-        .get(info.index.value())
-        .ok_or_else(|| missing("texture", info.index.value()))?;
-    Ok(Some((factor, Some((info, texture.source.value())))))
+    let index = info.index.value();
+    let texture = root.textures.get(index);
+    let texture = texture.ok_or_else(|| missing("texture", index))?;
+    Ok((factor, Some((info, texture.source.value()))))
 }
 
 /// How the joints of a skin of the file move vertices.
@@ -349,15 +315,8 @@ impl<'a> Rig<'a> {
         bind: impl Fn(Affine3A, Affine3A) -> Affine3A,
     ) -> Result<(), GltfError> {
         let root = &self.container.root;
-        let missing = |from: &str, what, index| GltfError::Index {
-            from: from.to_owned(),
-            what,
-            index,
-        };
-        let skin = root
-            .skins
-            .get(index)
-            .ok_or_else(|| missing("a node", "skin", index))?;
+        let skin = root.skins.get(index);
+        let skin = skin.ok_or_else(|| GltfError::index("a node", "skin", index))?;
         let inverses = match skin.inverse_bind_matrices {
             Some(accessor) => {
                 let from = || format!("skin {index}");
@@ -365,14 +324,10 @@ impl<'a> Rig<'a> {
             }
             None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
         };
-        let mut own: Vec<(usize, usize)> = skin
-            .joints
-            .iter()
-            .map(|node| node.value())
-            .enumerate()
-            .collect();
+        let joints = skin.joints.iter().map(|node| node.value());
+        let mut own: Vec<(usize, usize)> = joints.enumerate().collect();
         if let Some(&(_, node)) = own.iter().find(|&&(_, node)| node >= root.nodes.len()) {
-            return Err(missing("a skin", "node", node));
+            return Err(GltfError::index("a skin", "node", node));
         }
         // Parents before children, and the joints of the skeleton in its order.
         let places: HashMap<usize, usize> = self.nodes.joints.iter().copied().zip(0..).collect();
@@ -388,12 +343,10 @@ impl<'a> Rig<'a> {
         };
         let mut moves: HashMap<usize, Affine3A> = HashMap::new();
         for (joint, node) in own {
-            let wrong = |problem| GltfError::Skin {
-                skin: index,
-                joint,
-                problem,
-            };
-            let inverse = inverses.get(joint).ok_or(wrong("it has no bind matrix"))?;
+            let wrong =
+                |problem: &str| GltfError::part(format!("joint {joint} of skin {index}"), problem);
+            let inverse = inverses.get(joint);
+            let inverse = inverse.ok_or_else(|| wrong("it has no bind matrix"))?;
             let inverse = Affine3A::from_mat4(Mat4::from_cols_array(inverse));
             let own_frame = inverse.inverse();
             let (_, rotation, place) = own_frame.to_scale_rotation_translation();
@@ -473,26 +426,39 @@ fn orthogonal(frame: &Affine3A) -> Mat3A {
 struct Builder<'a, 'l> {
     container: &'a Container,
     rig: &'a Rig<'a>,
-    materials: Materials<'a, 'l>,
+    /// Reads external files.
+    load: &'l mut dyn FnMut(&Path) -> Result<Vec<u8>, String>,
+    /// Image that most vertices have.
+    main: Option<usize>,
+    /// The main image, once it is decoded.
+    own: Option<Rc<Texture>>,
+    /// The last other image that was decoded.
+    last: Option<(usize, Rc<Texture>)>,
     vertices: Vec<SkinVertex>,
     triangles: Vec<[u32; 3]>,
     /// Number of vertices with more than four joints.
     many_joints: usize,
 }
 
+/// An object that refers to an accessor, for error messages.
+fn from() -> String {
+    "a primitive".to_owned()
+}
+
 impl Builder<'_, '_> {
     fn add(&mut self, part: &Part) -> Result<(), GltfError> {
-        let primitive = part.primitive;
-        let find = |wanted: Semantic| {
-            let wanted = Checked::Valid(wanted);
-            primitive.attributes.get(&wanted).map(|index| index.value())
-        };
-        let container = self.container;
-        let from = || "a primitive".to_owned();
+        let (container, primitive) = (self.container, part.primitive);
+        let find = |wanted| attribute(primitive, wanted);
         let Some(positions) = find(Semantic::Positions) else {
             return Ok(());
         };
         let positions = container.coordinates::<3>(positions, from)?;
+        let alike = |length: usize| match length == positions.len() {
+            true => Ok(()),
+            false => Err(GltfError::Mesh(
+                "attributes have different numbers of elements",
+            )),
+        };
         let mut influences = Vec::new();
         for set in 0..MOST_SETS {
             let (Some(joints), Some(weights)) =
@@ -500,37 +466,26 @@ impl Builder<'_, '_> {
             else {
                 break;
             };
-            influences.push((
-                container.integers::<4>(joints, from)?,
-                container.floats::<4>(weights, from)?,
-            ));
+            let joints = container.integers::<4>(joints, from)?;
+            let weights = container.floats::<4>(weights, from)?;
+            alike(joints.len()).and_then(|()| alike(weights.len()))?;
+            influences.push((joints, weights));
         }
-        let material = self.materials.get(primitive)?;
+        let material = self.material(primitive)?;
         let uvs = material
             .texture_set
             .and_then(|set| find(Semantic::TexCoords(set)));
-        let uvs = uvs
-            .map(|index| container.coordinates::<2>(index, from))
-            .transpose()?;
+        let uvs = uvs.map(|index| container.coordinates::<2>(index, from));
+        let uvs = uvs.transpose()?;
         let normals = find(Semantic::Normals).map(|index| container.coordinates::<3>(index, from));
         let normals = normals.transpose()?;
-        let colours = find(Semantic::Colors(0))
-            .map(|index| self.colours(index))
-            .transpose()?;
+        let colours = find(Semantic::Colors(0)).map(|index| self.colours(index));
+        let colours = colours.transpose()?;
         let first = self.vertices.len() as u32;
         let mut triangles = self.triangles_of(primitive, positions.len())?;
-        let alike = |length: usize| length == positions.len();
-        if !influences
-            .iter()
-            .all(|(joints, weights)| alike(joints.len()) && alike(weights.len()))
-            || uvs.as_ref().is_some_and(|uvs| !alike(uvs.len()))
-            || normals.as_ref().is_some_and(|all| !alike(all.len()))
-            || colours.as_ref().is_some_and(|all| !alike(all.len()))
-        {
-            return Err(GltfError::Mesh(
-                "attributes have different numbers of elements",
-            ));
-        }
+        uvs.as_ref().map_or(Ok(()), |all| alike(all.len()))?;
+        normals.as_ref().map_or(Ok(()), |all| alike(all.len()))?;
+        colours.as_ref().map_or(Ok(()), |all| alike(all.len()))?;
         let enough = |held: usize, more: usize| held + more <= MOST_VERTICES;
         if !enough(self.vertices.len(), positions.len())
             || !enough(self.triangles.len(), triangles.len())
@@ -541,7 +496,8 @@ impl Builder<'_, '_> {
             return Ok(());
         };
         for (index, &position) in positions.iter().enumerate() {
-            let uv = uvs.as_ref().map(|uvs| material.placed(uvs[index].into()));
+            let uv = uvs.as_ref().map(|uvs| Vec2::from(uvs[index]));
+            let uv = uv.map(|uv| material.placement.transform_point2(uv));
             let of_vertex = influences
                 .iter()
                 .flat_map(|(joints, weights)| joints[index].into_iter().zip(weights[index]));
@@ -558,13 +514,20 @@ impl Builder<'_, '_> {
                 }
             }
             let normal = normals.as_ref().map_or(Vec3::ZERO, |all| all[index].into());
-            let colour = material.colour(uv);
-            let own = colours.as_ref().map_or([1.0; 4], |all| all[index]);
+            // A texture that is not the mesh's own is sampled.
+            let texel = match (&material.other, uv) {
+                (Some(texture), Some(uv)) => texture.nearest(uv),
+                _ => [1.0; 4],
+            };
+            let (factor, own) = (
+                material.factor,
+                colours.as_ref().map_or([1.0; 4], |all| all[index]),
+            );
             let vertex = SkinVertex {
                 position: moves.transform_point3(position.into()),
                 normal: moves.transform_vector3(normal).normalize_or_zero(),
                 uv: uv.filter(|_| material.is_main),
-                colour: std::array::from_fn(|channel| colour[channel] * own[channel]),
+                colour: [0, 1, 2, 3].map(|part| factor[part] * texel[part] * own[part]),
                 joints: of_mesh,
                 weights,
             };
@@ -590,7 +553,6 @@ impl Builder<'_, '_> {
 
     /// Linear colours of vertices, from 0 to 1.
     fn colours(&self, index: usize) -> Result<Vec<[f32; 4]>, GltfError> {
-        let from = || "a primitive".to_owned();
         let accessor = self.container.root.accessors.get(index);
         let mut colours = match accessor.map(|accessor| accessor.type_) {
             Some(Checked::Valid(Type::Vec3)) => {
@@ -615,7 +577,6 @@ impl Builder<'_, '_> {
     ) -> Result<Vec<[u32; 3]>, GltfError> {
         let indices: Vec<u32> = match primitive.indices {
             Some(accessor) => {
-                let from = || "a primitive".to_owned();
                 let indices = self.container.integers::<1>(accessor.value(), from)?;
                 indices.as_flattened().to_vec()
             }
@@ -648,6 +609,63 @@ impl Builder<'_, '_> {
             (joints[at], weights[at]) = (joint, weight / sum);
         }
         Ok((joints, weights))
+    }
+
+    fn material(&mut self, primitive: &Primitive) -> Result<Material, GltfError> {
+        let (factor, texture) = material(self.container, primitive)?;
+        let mut found = Material {
+            factor,
+            texture_set: None,
+            placement: Affine2::IDENTITY,
+            is_main: false,
+            other: None,
+        };
+        let Some((info, image)) = texture else {
+            return Ok(found);
+        };
+        let decoded = self.image(image)?;
+        found.texture_set = Some(info.tex_coord);
+        let extensions = info.extensions.as_ref();
+        if let Some(transform) = extensions.and_then(|all| all.texture_transform.as_ref()) {
+            let (scale, offset) = (transform.scale.0.into(), transform.offset.0.into());
+            found.texture_set = transform.tex_coord.or(found.texture_set);
+            // Its angle turns the image, and with it v downwards.
+            found.placement =
+                Affine2::from_scale_angle_translation(scale, -transform.rotation.0, offset);
+        }
+        found.is_main = self.main == Some(image);
+        found.other = (!found.is_main).then_some(decoded);
+        Ok(found)
+    }
+
+    fn image(&mut self, index: usize) -> Result<Rc<Texture>, GltfError> {
+        let is_main = self.main == Some(index);
+        let last = self.last.as_ref().filter(|(last, _)| *last == index);
+        let known = match is_main {
+            true => self.own.as_ref(),
+            false => last.map(|(_, texture)| texture),
+        };
+        if let Some(texture) = known {
+            return Ok(Rc::clone(texture));
+        }
+        let image = self.container.root.images.get(index);
+        let image = image.ok_or_else(|| GltfError::index("a texture", "image", index))?;
+        let texture = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => fetch(uri, &mut self.load).and_then(|bytes| Texture::decode(&bytes)),
+            (None, Some(view)) => {
+                let bytes = self.container.view(view.value());
+                let bytes = bytes.ok_or_else(|| "it has no bytes".to_owned());
+                bytes.and_then(Texture::decode)
+            }
+            (None, None) => Err("it has neither a URI nor a buffer view".to_owned()),
+        };
+        let failed = |problem| GltfError::part(format!("image {index}"), problem);
+        let texture = Rc::new(texture.map_err(failed)?);
+        match is_main {
+            true => self.own = Some(Rc::clone(&texture)),
+            false => self.last = Some((index, Rc::clone(&texture))),
+        }
+        Ok(texture)
     }
 
     /// Computes normals from triangles. Vertices with the same position share a normal.
@@ -686,111 +704,8 @@ struct Material {
     other: Option<Rc<Texture>>,
 }
 
-impl Material {
-    fn placed(&self, uv: Vec2) -> Vec2 {
-        self.placement.transform_point2(uv)
-    }
-
-    /// Colour of a vertex. A texture that is not the mesh's own is sampled.
-    fn colour(&self, uv: Option<Vec2>) -> [f32; 4] {
-        let sampled = match (&self.other, uv) {
-            (Some(texture), Some(uv)) => texture.nearest(uv),
-            _ => [1.0; 4],
-        };
-        std::array::from_fn(|channel| self.factor[channel] * sampled[channel])
-    }
-}
-
-/// All materials of a mesh.
-struct Materials<'a, 'l> {
-    container: &'a Container,
-    load: Load<'l>,
-    /// Image that most vertices have.
-    main: Option<usize>,
-    /// The main image, once it is decoded.
-    own: Option<Rc<Texture>>,
-    /// The last other image that was decoded.
-    last: Option<(usize, Rc<Texture>)>,
-}
-
-impl Materials<'_, '_> {
-    fn get(&mut self, primitive: &Primitive) -> Result<Material, GltfError> {
-        let (factor, texture) = material(self.container, primitive)?.unwrap_or(([1.0; 4], None));
-        let mut found = Material {
-            factor,
-            texture_set: None,
-            placement: Affine2::IDENTITY,
-            is_main: false,
-            other: None,
-        };
-        let Some((info, image)) = texture else {
-            return Ok(found);
-        };
-        let decoded = self.image(image)?;
-        found.texture_set = Some(info.tex_coord);
-        let transform = info
-            .extensions
-            .as_ref()
-            .and_then(|all| all.texture_transform.as_ref());
-        if let Some(transform) = transform {
-            let (scale, offset) = (transform.scale.0.into(), transform.offset.0.into());
-            found.texture_set = transform.tex_coord.or(found.texture_set);
-            // Its angle turns the image, and with it v downwards.
-            found.placement =
-                Affine2::from_scale_angle_translation(scale, -transform.rotation.0, offset);
-        }
-        found.is_main = self.main == Some(image);
-        found.other = (!found.is_main).then_some(decoded);
-        Ok(found)
-    }
-
-    fn image(&mut self, index: usize) -> Result<Rc<Texture>, GltfError> {
-        let known = match self.main == Some(index) {
-            true => self.own.as_ref(),
-            false => self
-                .last
-                .as_ref()
-                .filter(|(last, _)| *last == index)
-                .map(|(_, texture)| texture),
-        };
-        if let Some(texture) = known {
-            return Ok(Rc::clone(texture));
-        }
-        let failed = |problem: String| GltfError::Image {
-            image: index,
-            problem,
-        };
-        let images = &self.container.root.images;
-        let image = images.get(index).ok_or_else(|| GltfError::Index {
-            from: "a texture".to_owned(),
-            what: "image",
-            index,
-        })?;
-        let texture = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => {
-                let bytes = fetch(uri, &mut |path: &Path| (self.load)(path));
-                Texture::decode(&bytes.map_err(failed)?)
-            }
-            (None, Some(view)) => {
-                let bytes = self.container.view(view.value());
-                Texture::decode(bytes.ok_or_else(|| failed("it has no bytes".to_owned()))?)
-            }
-            (None, None) => Err("it has neither a URI nor a buffer view".to_owned()),
-        };
-        let texture = Rc::new(texture.map_err(failed)?);
-        match self.main == Some(index) {
-            true => self.own = Some(Rc::clone(&texture)),
-            false => self.last = Some((index, Rc::clone(&texture))),
-        }
-        Ok(texture)
-    }
-}
-
 /// Maximum width and height of a texture, in texels. It limits memory.
 const MOST_TEXELS: u32 = 4096;
-
-/// A function that reads external files.
-type Load<'l> = &'l mut dyn FnMut(&Path) -> Result<Vec<u8>, String>;
 
 /// An image of base colours.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -836,17 +751,19 @@ fn linear(value: u8) -> f32 {
     }
 }
 
-fn check(width: u32, height: u32) -> Result<(), String> {
-    match width.max(height) <= MOST_TEXELS {
-        true => Ok(()),
-        false => Err(format!(
+/// A texture of pixels of one to four channels of a byte: grey, grey and alpha, colours, or colours and alpha. `pixels` decodes them; then
+/// the size is known to be within the limit.
+fn texture(
+    width: u32,
+    height: u32,
+    channels: usize,
+    pixels: impl FnOnce() -> Result<Vec<u8>, String>,
+) -> Result<Texture, String> {
+    if width.max(height) > MOST_TEXELS {
+        return Err(format!(
             "{width} x {height} texels; {MOST_TEXELS} a side are the most"
-        )),
+        ));
     }
-}
-
-/// Texels from pixels of one to four channels of a byte: grey, grey and alpha, colours, or colours and alpha.
-fn texels(pixels: &[u8], channels: usize) -> Vec<[u8; 4]> {
     let texel = |pixel: &[u8]| match *pixel {
         [grey] => [grey, grey, grey, 255],
         [grey, alpha] => [grey, grey, grey, alpha],
@@ -854,7 +771,11 @@ fn texels(pixels: &[u8], channels: usize) -> Vec<[u8; 4]> {
         [red, green, blue, alpha] => [red, green, blue, alpha],
         _ => [255; 4],
     };
-    pixels.chunks_exact(channels).map(texel).collect()
+    Ok(Texture {
+        width,
+        height,
+        texels: pixels()?.chunks_exact(channels).map(texel).collect(),
+    })
 }
 
 fn png(bytes: &[u8]) -> Result<Texture, String> {
@@ -866,16 +787,13 @@ fn png(bytes: &[u8]) -> Result<Texture, String> {
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(failed)?;
     let (width, height) = (reader.info().width, reader.info().height);
-    check(width, height)?;
-    let size = reader.output_buffer_size().ok_or("it is too large")?;
-    let mut pixels = vec![0; size];
-    let frame = reader.next_frame(&mut pixels).map_err(failed)?;
-    pixels.truncate(frame.buffer_size());
-    let channels = frame.color_type.samples();
-    Ok(Texture {
-        width,
-        height,
-        texels: texels(&pixels, channels),
+    let channels = reader.output_color_type().0.samples();
+    texture(width, height, channels, || {
+        let size = reader.output_buffer_size().ok_or("it is too large")?;
+        let mut pixels = vec![0; size];
+        let frame = reader.next_frame(&mut pixels).map_err(failed)?;
+        pixels.truncate(frame.buffer_size());
+        Ok(pixels)
     })
 }
 
@@ -885,17 +803,11 @@ fn jpeg(bytes: &[u8]) -> Result<Texture, String> {
     decoder.set_max_decoding_buffer_size(4 * (MOST_TEXELS as usize).pow(2));
     decoder.read_info().map_err(failed)?;
     let info = decoder.info().ok_or("it has no header")?;
-    let (width, height) = (u32::from(info.width), u32::from(info.height));
-    check(width, height)?;
     let channels = match info.pixel_format {
         jpeg_decoder::PixelFormat::L8 => 1,
         jpeg_decoder::PixelFormat::RGB24 => 3,
         _ => return Err("neither grey nor coloured with 8 bits".to_owned()),
     };
-    let pixels = decoder.decode().map_err(failed)?;
-    Ok(Texture {
-        width,
-        height,
-        texels: texels(&pixels, channels),
-    })
+    let (width, height) = (u32::from(info.width), u32::from(info.height));
+    texture(width, height, channels, || decoder.decode().map_err(failed))
 }

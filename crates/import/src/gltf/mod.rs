@@ -18,13 +18,13 @@ mod write;
 use sabaki::anim::{ClipError, Skeleton, SkeletonError};
 use thiserror::Error;
 
-use crate::{LONGEST_CLIP, MOST_ENTRIES};
+use crate::MOST_ENTRIES;
 pub(crate) use buffers::ReadPurpose;
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh, Texture};
-pub use write::write;
 #[cfg(feature = "fbx")]
-pub(crate) use write::{Buffer, container};
+pub(crate) use write::Buffer;
+pub use write::write;
 
 /// Reason why a file cannot be read as a skinned glTF animation.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -48,57 +48,23 @@ pub enum GltfError {
         /// The index.
         index: usize,
     },
-    /// A buffer is not available.
-    #[error("buffer {buffer}: {problem}")]
-    Buffer {
-        /// Index of the buffer.
-        buffer: usize,
+    /// A part of the file, such as a buffer, an accessor, an image or a key of an animation, cannot be used.
+    #[error("{part}: {problem}")]
+    Part {
+        /// The part, with its index or name.
+        part: String,
         /// Description of the problem.
         problem: String,
     },
     /// The file requires an extension that is not read.
     #[error("it requires the extension {0}, which is not read")]
     Extension(String),
-    /// A compressed buffer view cannot be decoded.
-    #[error("buffer view {view}, compressed by EXT_meshopt_compression: {problem}")]
-    Compressed {
-        /// Index of the buffer view.
-        view: usize,
-        /// Description of the problem.
-        problem: &'static str,
-    },
-    /// An accessor is outside its buffer or has an unsuitable type.
-    #[error("accessor {accessor}: {problem}")]
-    Accessor {
-        /// Index of the accessor.
-        accessor: usize,
-        /// Description of the problem.
-        problem: &'static str,
-    },
     /// No triangles belong to a skin.
     #[error("the file has no skinned mesh")]
     NoMesh,
     /// The mesh is invalid.
     #[error("the skinned mesh: {0}")]
     Mesh(&'static str),
-    /// The bind matrix of a joint is missing or invalid.
-    #[error("joint {joint} of skin {skin}: {problem}")]
-    Skin {
-        /// Index of the skin.
-        skin: usize,
-        /// Index of the joint in the skin.
-        joint: usize,
-        /// Description of the problem.
-        problem: &'static str,
-    },
-    /// An image cannot be read.
-    #[error("image {image}: {problem}")]
-    Image {
-        /// Index of the image.
-        image: usize,
-        /// Description of the problem.
-        problem: String,
-    },
     /// No skin and no animation refers to a node.
     #[error("the file has no skin and no animated node")]
     NoJoints,
@@ -114,51 +80,11 @@ pub enum GltfError {
     /// There are more joints than the maximum.
     #[error("more than {max} joints", max = Skeleton::MAX_JOINTS)]
     TooManyJoints,
-    /// The time or the value of a key is invalid.
-    #[error("animation \"{animation}\", node \"{node}\", key {key}: {problem}")]
-    Key {
-        /// Name of the animation.
-        animation: String,
-        /// Name of the node.
-        node: String,
-        /// Index of the key, from 0.
-        key: usize,
-        /// Description of the problem.
-        problem: &'static str,
-    },
-    /// The `extras` of an animation contain invalid events.
-    #[error("animation \"{animation}\": the events in its extras: {problem}")]
-    Events {
-        /// Name of the animation.
-        animation: String,
-        /// Description of the problem.
-        problem: String,
-    },
     /// The animations would need too much memory.
     #[error("the animations have {keys} keys together; {MOST_ENTRIES} are the most")]
     TooManyKeys {
         /// Number of keys; values of cubic splines count three times.
         keys: u64,
-    },
-    /// The animation lasts longer than [`LONGEST_CLIP`].
-    #[error("animation \"{animation}\": it lasts {seconds} s; {LONGEST_CLIP} s is the most")]
-    Duration {
-        /// Name of the animation.
-        animation: String,
-        /// Duration, in seconds.
-        seconds: f64,
-    },
-    /// The animation would need too much memory, with those before it.
-    #[error(
-        "animation \"{animation}\": {frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"
-    )]
-    TooLong {
-        /// Name of the animation.
-        animation: String,
-        /// Number of frames.
-        frames: u64,
-        /// Number of joints of the skeleton.
-        joints: usize,
     },
     /// The joints do not form a valid skeleton.
     #[error(transparent)]
@@ -166,4 +92,20 @@ pub enum GltfError {
     /// The motion is invalid, usually because positions are too far away.
     #[error(transparent)]
     Clip(#[from] ClipError),
+}
+
+impl GltfError {
+    fn part(part: impl Into<String>, problem: impl Into<String>) -> Self {
+        let (part, problem) = (part.into(), problem.into());
+        Self::Part { part, problem }
+    }
+
+    fn index(from: impl Into<String>, what: &'static str, index: usize) -> Self {
+        let from = from.into();
+        Self::Index { from, what, index }
+    }
+
+    fn animation(name: &str, problem: impl Into<String>) -> Self {
+        Self::part(format!("animation \"{name}\""), problem)
+    }
 }

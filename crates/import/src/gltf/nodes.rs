@@ -115,12 +115,9 @@ pub(super) fn is_end_name(name: &str) -> bool {
 }
 
 pub(super) fn node_name(container: &Container, node: usize) -> String {
-    let named = container
-        .root
-        .nodes
-        .get(node)
-        .and_then(|node| node.name.clone());
-    named.unwrap_or_else(|| format!("node_{node}"))
+    let named = container.root.nodes.get(node);
+    let name = named.and_then(|node| node.name.clone());
+    name.unwrap_or_else(|| format!("node_{node}"))
 }
 
 fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {
@@ -128,11 +125,9 @@ fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {
     for (index, node) in nodes.iter().enumerate() {
         for child in node.children.iter().flatten() {
             let child = child.value();
-            let parent = parents.get_mut(child).ok_or_else(|| GltfError::Index {
-                from: format!("node {index}"),
-                what: "node",
-                index: child,
-            })?;
+            let parent = parents.get_mut(child);
+            let missing = || GltfError::index(format!("node {index}"), "node", child);
+            let parent = parent.ok_or_else(missing)?;
             if parent.replace(index).is_some() {
                 return Err(GltfError::Tree(child));
             }
@@ -178,8 +173,7 @@ fn wanted(root: &Root) -> Result<Vec<usize>, GltfError> {
         None => ("an animation".to_owned(), animated(root)),
     };
     if let Some(&index) = wanted.iter().find(|&&node| node >= root.nodes.len()) {
-        let what = "node";
-        return Err(GltfError::Index { from, what, index });
+        return Err(GltfError::index(from, "node", index));
     }
     let mut seen = HashSet::new();
     wanted.retain(|&node| seen.insert(node));

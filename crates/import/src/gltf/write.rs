@@ -38,8 +38,10 @@ pub fn write(
     events: &[Event],
 ) -> Result<()> {
     if let Some(event) = events.iter().find(|event| event.clip >= clips.len()) {
-        let what = format!("an event is of clip {}, which is not there", event.clip);
-        return Err(Error::new(ErrorKind::InvalidInput, what));
+        let clip = event.clip;
+        return Err(invalid(format!(
+            "an event is of clip {clip}, which is not there"
+        )));
     }
     let of_body = skeleton;
     let whole = skeleton.whole();
@@ -53,8 +55,8 @@ pub fn write(
     let mut animations = Vec::new();
     for clip in clips {
         if clip.joints() != of_body.len() {
-            let what = format!("clip \"{}\" is of another skeleton", clip.name());
-            return Err(Error::new(ErrorKind::InvalidInput, what));
+            let name = clip.name();
+            return Err(invalid(format!("clip \"{name}\" is of another skeleton")));
         }
         let mut animation = match &whole {
             Some(whole) => {
@@ -91,36 +93,26 @@ pub fn write(
         roots.push(nodes.len());
         nodes.push(json!({ "name": "figure", "mesh": 0, "skin": 0 }));
     }
-    let mut document = json!({
+    let document = json!({
         "asset": { "version": "2.0", "generator": concat!("sabaki ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
         "scenes": [{ "nodes": roots }],
         "nodes": nodes,
         "skins": [{ "joints": joints, "inverseBindMatrices": binds, "skeleton": 0 }],
-        "accessors": buffer.accessors,
-        "bufferViews": buffer.views,
-        "buffers": [{ "byteLength": buffer.bytes.len() }],
     });
-    // glTF does not allow empty arrays.
-    for (key, list) in [("meshes", meshes), ("animations", animations)] {
-        if !list.is_empty() {
-            document[key] = json!(list);
-        }
-    }
-    container(out, document.to_string().as_bytes(), &buffer.bytes)
+    let lists = [("meshes", meshes), ("animations", animations)];
+    buffer.write(out, document, lists)
 }
 
-pub(crate) fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
+fn invalid(problem: impl Into<String>) -> Error {
+    Error::new(ErrorKind::InvalidInput, problem.into())
+}
+
+fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
     let padded = |length: usize| length.next_multiple_of(4);
-    let too_large = || {
-        Error::new(
-            ErrorKind::InvalidInput,
-            "beyond 4 GiB, which GLB cannot hold",
-        )
-    };
     let word = |length: usize| {
-        let length = u32::try_from(length).map_err(|_| too_large())?;
-        Ok::<_, Error>(length.to_le_bytes())
+        let length = u32::try_from(length).map(u32::to_le_bytes);
+        length.map_err(|_| invalid("beyond 4 GiB, which GLB cannot hold"))
     };
     let whole = word(12 + 8 + padded(json.len()) + 8 + padded(binary.len()))?;
     out.write_all(b"glTF")?;
@@ -157,11 +149,7 @@ fn nodes(skeleton: &Skeleton, root: Vec3) -> Vec<Value> {
     }
     let pairs = skeleton.joints().iter().zip(children);
     let node = |(joint, children): (&sabaki::anim::Joint, Vec<u16>)| {
-        let place = if joint.parent.is_some() {
-            joint.offset
-        } else {
-            root
-        };
+        let place = joint.parent.map_or(root, |_| joint.offset);
         let mut node = json!({ "name": joint.name, "translation": place.to_array() });
         if !children.is_empty() {
             node["children"] = json!(children);
@@ -175,11 +163,28 @@ fn nodes(skeleton: &Skeleton, root: Vec3) -> Vec<Value> {
 #[derive(Default)]
 pub(crate) struct Buffer {
     pub(crate) bytes: Vec<u8>,
-    pub(crate) views: Vec<Value>,
-    pub(crate) accessors: Vec<Value>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
 }
 
 impl Buffer {
+    /// Writes a GLB file of this buffer: the document, with those of the lists that are not empty, as glTF demands.
+    pub(crate) fn write<const N: usize>(
+        self,
+        out: &mut impl Write,
+        mut document: Value,
+        lists: [(&str, Vec<Value>); N],
+    ) -> Result<()> {
+        let own = [("accessors", self.accessors), ("bufferViews", self.views)];
+        for (key, list) in own.into_iter().chain(lists) {
+            if !list.is_empty() {
+                document[key] = Value::Array(list);
+            }
+        }
+        document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        container(out, document.to_string().as_bytes(), &self.bytes)
+    }
+
     /// Adds a view of everything that was written from `start` on, and returns its index.
     pub(crate) fn view(&mut self, start: usize, target: Option<u32>) -> usize {
         let mut view =
@@ -192,13 +197,29 @@ impl Buffer {
         self.views.len() - 1
     }
 
+    /// Adds the joints of vertices, and returns the index of their accessor.
+    pub(crate) fn joints(&mut self, joints: &[[u16; 4]], target: Option<u32>) -> usize {
+        let start = self.bytes.len();
+        let words = joints.as_flattened().iter();
+        self.bytes
+            .extend(words.flat_map(|joint| joint.to_le_bytes()));
+        let accessor =
+            json!({ "componentType": UNSIGNED_SHORT, "count": joints.len(), "type": "VEC4" });
+        self.accessor(start, accessor, target)
+    }
+
+    /// Adds the corners of triangles, and returns the index of their accessor.
+    pub(crate) fn indices(&mut self, corners: &[u32], target: Option<u32>) -> usize {
+        let start = self.bytes.len();
+        let words = corners.iter().flat_map(|corner| corner.to_le_bytes());
+        self.bytes.extend(words);
+        let accessor =
+            json!({ "componentType": UNSIGNED_INT, "count": corners.len(), "type": "SCALAR" });
+        self.accessor(start, accessor, target)
+    }
+
     /// Adds an accessor of everything that was written from `start` on, and returns its index.
-    pub(crate) fn accessor(
-        &mut self,
-        start: usize,
-        mut accessor: Value,
-        target: Option<u32>,
-    ) -> usize {
+    fn accessor(&mut self, start: usize, mut accessor: Value, target: Option<u32>) -> usize {
         accessor["bufferView"] = json!(self.view(start, target));
         self.accessors.push(accessor);
         self.accessors.len() - 1
@@ -282,7 +303,7 @@ impl Buffer {
             [5, 3, 4],
             [5, 4, 1],
         ];
-        let (mut vertices, mut joints, mut faces): (Vec<[f32; 3]>, Vec<u16>, Vec<u32>) =
+        let (mut vertices, mut joints, mut faces): (Vec<[f32; 3]>, Vec<[u16; 4]>, Vec<u32>) =
             Default::default();
         for id in skeleton.ids().filter(|&id| is_bone(id)) {
             let (child, joint) = (id.index(), skeleton.joint(id));
@@ -299,30 +320,17 @@ impl Buffer {
             vertices.push(from.to_array());
             vertices.extend(ring);
             vertices.push(to.to_array());
-            joints.extend([parent.0; 6]);
+            joints.extend([[parent.0, 0, 0, 0]; 6]);
             faces.extend(FACES.as_flattened().iter().map(|corner| first + corner));
         }
         if vertices.is_empty() {
             return Vec::new();
         }
         let position = self.bounded("VEC3", &vertices);
-        let start = self.bytes.len();
-        for joint in &joints {
-            let slots = [*joint, 0, 0, 0].map(u16::to_le_bytes);
-            self.bytes.extend(slots.as_flattened());
-        }
-        let of_vertices =
-            json!({ "componentType": UNSIGNED_SHORT, "count": joints.len(), "type": "VEC4" });
-        let of_vertices = self.accessor(start, of_vertices, Some(VERTICES));
+        let of_vertices = self.joints(&joints, Some(VERTICES));
         let weights = joints.iter().flat_map(|_| [1.0, 0.0, 0.0, 0.0]);
         let weights = self.floats("VEC4", weights);
-        let start = self.bytes.len();
-        faces
-            .iter()
-            .for_each(|corner| self.bytes.extend(corner.to_le_bytes()));
-        let corners =
-            json!({ "componentType": UNSIGNED_INT, "count": faces.len(), "type": "SCALAR" });
-        let corners = self.accessor(start, corners, Some(INDICES));
+        let corners = self.indices(&faces, Some(INDICES));
         for accessor in [position, weights] {
             let view = self.accessors[accessor]["bufferView"].as_u64().unwrap_or(0) as usize;
             self.views[view]["target"] = json!(VERTICES);

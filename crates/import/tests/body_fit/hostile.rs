@@ -9,26 +9,18 @@ use sabaki_fixtures::clips::small_skeleton;
 use sabaki_fixtures::random::Random;
 
 /// Fits what can be fitted; `None` where the text or the mesh is refused.
-fn spheres(text: &[u8], settings: &FitSettings) -> Option<usize> {
+fn spheres(text: &[u8]) -> Option<usize> {
     let skeleton = small_skeleton();
     let mesh = parse_obj(text).ok()?;
-    let (body, report) = fit_body(&BindPose::rest(&skeleton), &mesh, settings).ok()?;
+    let settings = FitSettings::default();
+    let (body, report) = fit_body(&BindPose::rest(&skeleton), &mesh, &settings).ok()?;
     assert!(body.is_sound(&skeleton), "{body:?}");
-    let figures = report.joints.iter().flat_map(|fit| {
-        [
-            fit.mesh_out_max,
-            fit.mesh_out_mean,
-            fit.spheres_out_max,
-            fit.spheres_out_mean,
-        ]
-    });
-    assert!(figures.into_iter().all(f32::is_finite), "{report:?}");
-    assert!(
-        report
-            .joints
-            .iter()
-            .all(|fit| fit.spheres > 0 && fit.spheres <= 64)
-    );
+    for fit in &report.joints {
+        let sums =
+            fit.mesh_out_max + fit.mesh_out_mean + fit.spheres_out_max + fit.spheres_out_mean;
+        let is_sound = sums.is_finite() && (1..=64).contains(&fit.spheres);
+        assert!(is_sound, "{report:?}");
+    }
     Some(body.spheres.len())
 }
 
@@ -51,16 +43,9 @@ fn texts_without_a_mesh_are_refused() {
         "g\no\nf\nv\n",
         "v 0 0 0\nv 1 0 0\nl 1 2\np 1\n",
     ] {
-        assert_eq!(
-            spheres(text.as_bytes(), &FitSettings::default()),
-            None,
-            "{text:?}"
-        );
+        assert_eq!(spheres(text.as_bytes()), None, "{text:?}");
     }
-    assert_eq!(
-        spheres(&[0xff, 0xfe, 0, b'v', b'\n'], &FitSettings::default()),
-        None
-    );
+    assert_eq!(spheres(&[0xff, 0xfe, 0, b'v', b'\n']), None);
 }
 
 #[test]
@@ -76,10 +61,7 @@ fn what_is_hardly_a_mesh_still_gives_a_body() {
         "\u{FEFF}v 0 0 0\r\nv 0.1 0 0\r\nv 0 0.1 0\r\nvn 0 0 1\r\nf -3//-1 -2//-1 -1//-1\r\n",
         "mtllib none.mtl\nusemtl none\nv 0 0 0 1 1 1\nv 0.1 0 0 1 1 1\nv 0 0.1 0 1 1 1\ns 1\nf 1 2 3\n",
     ] {
-        assert!(
-            spheres(text.as_bytes(), &FitSettings::default()).is_some_and(|count| count > 0),
-            "{text:?}"
-        );
+        assert!(spheres(text.as_bytes()) > Some(0), "{text:?}");
     }
 }
 
@@ -100,43 +82,26 @@ fn a_mesh_that_stands_elsewhere_names_the_vertex() {
         }
         other => panic!("{other}"),
     }
-    assert!(matches!(
-        fit_prop(JointId::ROOT, &mesh, &FitSettings::HELD),
-        Err(FitError::Far { vertex: 2, .. })
-    ));
+    let held = fit_prop(JointId::ROOT, &mesh, &FitSettings::HELD);
+    assert!(matches!(held, Err(FitError::Far { vertex: 2, .. })));
     for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let placed = mesh.placed(scale, JointTransform::IDENTITY);
-        assert!(
-            matches!(placed, Err(MeshError::Placement { .. })),
-            "{scale}"
-        );
+        let is_named = matches!(placed, Err(MeshError::Placement { .. }));
+        assert!(is_named, "{scale}");
     }
-    assert!(matches!(
-        mesh.placed(1e6, JointTransform::IDENTITY),
-        Err(MeshError::Far { vertex: 2, .. })
-    ));
-    for settings in [
-        FitSettings {
-            cover: f32::NAN,
-            ..settings
-        },
-        FitSettings {
-            bulge: 0.0,
-            ..settings
-        },
-        FitSettings {
-            most_spheres: 0,
-            ..settings
-        },
-        FitSettings {
-            furthest: 1e9,
-            ..settings
-        },
-    ] {
-        assert!(matches!(
-            fit_body(&pose, &mesh, &settings),
-            Err(FitError::Settings(_))
-        ));
+    let far = mesh.placed(1e6, JointTransform::IDENTITY);
+    assert!(matches!(far, Err(MeshError::Far { vertex: 2, .. })));
+    let spoilt: [fn(&mut FitSettings); 4] = [
+        |settings| settings.cover = f32::NAN,
+        |settings| settings.bulge = 0.0,
+        |settings| settings.most_spheres = 0,
+        |settings| settings.furthest = 1e9,
+    ];
+    for spoil in spoilt {
+        let mut settings = settings;
+        spoil(&mut settings);
+        let refused = fit_body(&pose, &mesh, &settings);
+        assert!(matches!(refused, Err(FitError::Settings(_))));
     }
 }
 
@@ -144,10 +109,8 @@ fn a_mesh_that_stands_elsewhere_names_the_vertex() {
 fn too_many_triangles_are_refused() {
     let places = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
     let triangles = vec![[0, 1, 2]; Mesh::MOST_TRIANGLES + 1];
-    assert!(matches!(
-        Mesh::new(places, triangles, Vec::new()),
-        Err(MeshError::TooMany(_))
-    ));
+    let mesh = Mesh::new(places, triangles, Vec::new());
+    assert!(matches!(mesh, Err(MeshError::TooMany(_))));
 }
 
 /// All reach across one another, so that no group of them is ever far, and none has an inside.
@@ -158,10 +121,8 @@ fn two_hundred_thousand_tangled_triangles_are_fitted() {
     let mut place = || Vec3::new(coordinate(), coordinate(), coordinate());
     let places: Vec<Vec3> = (0..2000).map(|_| place()).collect();
     let mut random = Random::new(12);
-    let triangles = (0..200_000)
-        .map(|_| [0; 3].map(|_: u32| random.below(2000) as u32))
-        .collect();
-    let mesh = Mesh::new(places, triangles, Vec::new()).unwrap();
+    let triangles = (0..200_000).map(|_| [0; 3].map(|_: u32| random.below(2000) as u32));
+    let mesh = Mesh::new(places, triangles.collect(), Vec::new()).unwrap();
     let skeleton = small_skeleton();
     // Few points of the surface are enough: each of them meets all triangles.
     let settings = FitSettings {

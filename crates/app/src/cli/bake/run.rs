@@ -12,9 +12,7 @@ use sabaki::maps::{BakeSettings, BakedGraph, Baker, DrawnMaps, MapGrid};
 use sabaki_fixtures::demo;
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_import::gltf::{GltfError, SkinJoint};
-use sabaki_import::{
-    ClipSet, ContentsError, EventsFile, MeshFile, ReadError, is_gltf, motion_files,
-};
+use sabaki_import::{ClipSet, EventsFile, FileError, MeshFile, ReadError, is_gltf, motion_files};
 use serde::{Deserialize, Serialize};
 
 use super::super::figure::Figure;
@@ -125,8 +123,8 @@ fn mesh_of(paths: &[PathBuf], set: &mut ClipSet) -> Result<Vec<u8>, Failure> {
                 set.warnings.extend(notes);
                 return postcard::to_stdvec(&file).map_err(usage);
             }
-            Err(ReadError::Contents { error, .. })
-                if matches!(*error, ContentsError::Gltf(GltfError::NoMesh)) => {}
+            Err(ReadError::File { error, .. })
+                if matches!(*error, FileError::Gltf(GltfError::NoMesh)) => {}
             Err(error) => set.warnings.push(format!("its mesh is not kept: {error}")),
         }
     }
