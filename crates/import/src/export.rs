@@ -58,11 +58,7 @@ pub fn write_answer(
     format: MotionFormat,
     exported: ExportedAnswer<'_>,
 ) -> std::io::Result<[PathBuf; 2]> {
-    let ExportedAnswer {
-        baked,
-        request,
-        answer,
-    } = exported;
+    let (baked, answer) = (exported.baked, exported.answer);
     let ending = match format {
         MotionFormat::Bvh => "bvh",
         MotionFormat::Glb => "glb",
@@ -70,7 +66,7 @@ pub fn write_answer(
     let [motion, facts] =
         [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
     let graph = baked.graph();
-    let (played, seconds) = whole_motion(baked, answer, &request.attack);
+    let (played, seconds) = whole_motion(baked, answer, &exported.request.attack);
     let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
     let skeleton = graph.skeleton();
     write_atomically(&motion, |file| match format {

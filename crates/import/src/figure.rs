@@ -122,13 +122,10 @@ impl Rooted {
         /// the ground does not have.
         const STILL: (f32, f32) = (2e-3, 1e-3);
         const FLAT: (f32, f32) = (0.01, 0.02);
-        let frames: Vec<Pose> = (0..clip.frames())
-            .map(|frame| {
-                let mut pose = Pose::default();
-                clip.pose(frame, &mut pose);
-                pose
-            })
-            .collect();
+        let mut frames = vec![Pose::default(); clip.frames()];
+        for (frame, pose) in frames.iter_mut().enumerate() {
+            clip.pose(frame, pose);
+        }
         let moves = |&id: &JointId| {
             let (rotation, place) = frames[0].local(file, id);
             frames.iter().any(|pose| {
@@ -426,23 +423,16 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> SidesBy {
     };
     let tops = [hands, feet].map(|[a, b]| [top(a, b), top(b, a)]);
     let mut leftness = [0f32; 2];
-    let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
-    for clip in clips.iter().step_by(clips.len().div_ceil(FRAMES).max(1)) {
-        let step = (clip.frames() * clips.len()).div_ceil(FRAMES).max(1);
-        for frame in (0..clip.frames()).step_by(step) {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut joints);
-            let place = |id: JointId| joints[id.index()].translation;
-            let of_feet = feet.iter().zip(toes);
-            let ahead: Vec3 = of_feet
-                .filter_map(|(&foot, toe)| Some(place(toe?) - place(foot)))
-                .sum();
-            let left = Vec3::Y.cross(ahead.with_y(0.0).normalize_or_zero());
-            for (sum, [a, b]) in leftness.iter_mut().zip(tops) {
-                *sum += left.dot(place(a) - place(b));
-            }
+    for_some_frames(skeleton, clips, FRAMES, |_, joints| {
+        let place = |id: JointId| joints[id.index()].translation;
+        let of_feet = feet.iter().zip(toes);
+        let ahead = of_feet.filter_map(|(&foot, toe)| Some(place(toe?) - place(foot)));
+        let ahead: Vec3 = ahead.sum();
+        let left = Vec3::Y.cross(ahead.with_y(0.0).normalize_or_zero());
+        for (sum, [a, b]) in leftness.iter_mut().zip(tops) {
+            *sum += left.dot(place(a) - place(b));
         }
-    }
+    });
     let sided = |[a, b]: [JointId; 2], leftness: f32| if leftness < 0.0 { [b, a] } else { [a, b] };
     let [hands, feet] = [sided(hands, leftness[0]), sided(feet, leftness[1])];
     if let Some(with_sides) = skeleton
@@ -452,6 +442,24 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> SidesBy {
         *skeleton = with_sides;
     }
     SidesBy::Geometry
+}
+
+/// Looks at the poses and joints of about as many frames of all clips.
+fn for_some_frames(
+    skeleton: &Skeleton,
+    clips: &[Clip],
+    frames: usize,
+    mut look: impl FnMut(&Pose, &[JointTransform]),
+) {
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    for clip in clips.iter().step_by(clips.len().div_ceil(frames).max(1)) {
+        let step = (clip.frames() * clips.len()).div_ceil(frames).max(1);
+        for frame in (0..clip.frames()).step_by(step) {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            look(&pose, &joints);
+        }
+    }
 }
 
 /// What was taken for what, in one line.
@@ -585,18 +593,13 @@ pub(crate) fn stand_on_ground(
     let legs = Leg::all(skeleton);
     let longest = legs.iter().map(|leg| leg.length(skeleton));
     let longest = longest.fold(0.0, f32::max);
-    let (mut pose, mut joints, mut lowest) = (Pose::default(), Vec::new(), Vec::new());
-    for clip in clips.iter().step_by(clips.len().div_ceil(FRAMES).max(1)) {
-        let step = (clip.frames() * clips.len()).div_ceil(FRAMES).max(1);
-        for frame in (0..clip.frames()).step_by(step) {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut joints);
-            let height = |leg: &Leg| joints[leg.toe_or_foot().index()].translation.y;
-            let lower = legs.iter().map(height).reduce(f32::min);
-            let stands = |lower: &f32| pose.root.y - lower > STANDS * longest;
-            lowest.extend(lower.filter(stands));
-        }
-    }
+    let mut lowest = Vec::new();
+    for_some_frames(skeleton, clips, FRAMES, |pose, joints| {
+        let height = |leg: &Leg| joints[leg.toe_or_foot().index()].translation.y;
+        let lower = legs.iter().map(height).reduce(f32::min);
+        let stands = |lower: &f32| pose.root.y - lower > STANDS * longest;
+        lowest.extend(lower.filter(stands));
+    });
     lowest.sort_by(f32::total_cmp);
     let ground = lowest.get((LOWER * lowest.len() as f32) as usize);
     let Some(&ground) = ground.filter(|ground| ground.abs() > OFF * longest) else {

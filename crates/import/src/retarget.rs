@@ -41,12 +41,6 @@ struct Retargeter<'a> {
     adjustments: Vec<Quat>,
 }
 
-/// Distances of joints from their positions in the scaled skeleton of the file, in metres.
-struct Cost {
-    mean: f64,
-    most: f32,
-}
-
 impl LoadedClip {
     /// The motion on another skeleton, that of the file `first`. A note says by how much joints are moved. Events get the names that their
     /// joints have there; joints that it lacks keep their names.
@@ -60,12 +54,12 @@ impl LoadedClip {
             return Err(FileError::NotRetargeted { first, missing });
         }
         let scale = retargeter.scale(&self.clip);
-        let (desc, cost) = retargeter.motion(&self.clip, scale);
+        let (desc, mean, most) = retargeter.motion(&self.clip, scale);
         let clip = Clip::new(to, desc).map_err(FileError::Retargeted)?;
         let note = format!(
             "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{}",
-            100.0 * cost.mean,
-            100.0 * cost.most,
+            100.0 * mean,
+            100.0 * most,
             retargeter.unnamed(&missing)
         );
         let mut events = self.events.clone();
@@ -215,7 +209,8 @@ impl<'a> Retargeter<'a> {
         }
     }
 
-    fn motion(&self, clip: &Clip, scale: f32) -> (ClipDesc, Cost) {
+    /// The motion, and mean and largest distance of joints from their positions in the scaled skeleton of the file, in metres.
+    fn motion(&self, clip: &Clip, scale: f32) -> (ClipDesc, f64, f32) {
         let mut pose = Pose::default();
         let (mut joints, mut moved): (Vec<JointTransform>, Vec<JointTransform>) =
             Default::default();
@@ -238,8 +233,7 @@ impl<'a> Retargeter<'a> {
             }
         };
         let desc = desc_of_poses(clip.name(), clip.frame_rate(), clip.frames(), own);
-        let mean = sum / count.max(1) as f64;
-        (desc, Cost { mean, most })
+        (desc, sum / count.max(1) as f64, most)
     }
 
     /// Writes the rotation of each joint of `to` relative to its parent. `joints` are those of `from`.

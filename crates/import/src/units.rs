@@ -6,7 +6,7 @@
 use glam::{Quat, Vec3};
 
 use crate::figure::{COLLAPSED, Rooted};
-use crate::fit::Mesh;
+use crate::fit::{Mesh, bounds};
 use crate::motion_file::Up;
 use sabaki::anim::{JointId, JointTransform, Limbs, Pose, Skeleton, forward_kinematics};
 
@@ -256,12 +256,8 @@ fn stature_of(skeleton: &Skeleton, pose: &Pose, bones: &[Vec3]) -> f64 {
     let mut joints = Vec::new();
     forward_kinematics(skeleton, &bare, &mut joints);
     let place = |id: JointId| joints[id.index()].translation;
-    let (low, high) = skeleton
-        .ids()
-        .map(place)
-        .fold((Vec3::ZERO, Vec3::ZERO), |(low, high), place| {
-            (low.min(place), high.max(place))
-        });
+    // The root is at the origin.
+    let (low, high) = bounds(skeleton.ids().map(place));
     let extent = high - low;
     // Prefer Y: the arms of a T-pose are as long along X as the figure is high.
     let half = 0.5 * extent.max_element();
@@ -270,10 +266,8 @@ fn stature_of(skeleton: &Skeleton, pose: &Pose, bones: &[Vec3]) -> f64 {
         .find(|&axis| extent[axis] >= half)
         .unwrap_or(1);
     let mut has_child = vec![false; skeleton.len()];
-    for joint in skeleton.joints() {
-        if let Some(parent) = joint.parent {
-            has_child[parent.index()] = true;
-        }
+    for parent in skeleton.joints().iter().filter_map(|joint| joint.parent) {
+        has_child[parent.index()] = true;
     }
     let leaves = || skeleton.ids().filter(|id| !has_child[id.index()]);
     let length = |id: JointId| chain_length(skeleton, id, bones);
@@ -293,11 +287,7 @@ fn stature_of(skeleton: &Skeleton, pose: &Pose, bones: &[Vec3]) -> f64 {
 /// pose. If no unit fits, the mesh is scaled to the skeleton's size. `joints` are in metres.
 #[must_use]
 pub fn body_scale(mesh: &Mesh, joints: &[JointTransform]) -> Scale {
-    let places = joints.iter().map(|joint| joint.translation);
-    let (low, high) = places.fold(
-        (Vec3::INFINITY, Vec3::NEG_INFINITY),
-        |(low, high), place| (low.min(place), high.max(place)),
-    );
+    let (low, high) = bounds(joints.iter().map(|joint| joint.translation));
     let skeleton = f64::from((high - low).max_element());
     // Height of a person's mesh, in units, if it had the same proportion to a person's skeleton.
     let units = f64::from(longest_side(mesh)) * USUAL_STATURE / skeleton;

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use sabaki::anim::Pose;
+use sabaki::anim::{Clip, Event, EventKind, Pose};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::{clips_apart, joints_at};
 use sabaki_import::bvh::BvhFile;
 use sabaki_import::{
-    LoadedClip, ReadOptions, ScaleSource, read_bvh, read_clip, read_clips, stature,
+    EventsFile, LoadedClip, ReadOptions, ScaleSource, read_bvh, read_clip, read_clips, stature,
 };
 
 fn bvh_files(folder: &Path) -> Vec<PathBuf> {
@@ -90,7 +90,6 @@ fn every_file_is_a_person_high_in_the_unit_that_is_found() {
         let mut pose = Pose::default();
         loaded.clip.pose(0, &mut pose);
         let metres = stature(&loaded.skeleton, &pose);
-        println!("{}: {metres:.2} m by {:?}", path.display(), loaded.scale);
         assert!((1.2..2.3).contains(&metres), "{}: {metres}", path.display());
     }
 }
@@ -112,10 +111,8 @@ fn units_of_known_captures_are_found() {
         ("dialects/Brekel_03_11_2016_15_47_42_body1.bvh", Centimetre),
     ];
     for (name, unit) in known {
-        let scale = read_clip(&folder.join(name), &ReadOptions::default())
-            .unwrap()
-            .scale;
-        assert_eq!(scale.found, ScaleSource::Unit(unit), "{name}");
+        let read = read_clip(&folder.join(name), &ReadOptions::default()).unwrap();
+        assert_eq!(read.scale.found, ScaleSource::Unit(unit), "{name}");
     }
 }
 
@@ -125,28 +122,18 @@ fn the_fight_clips_are_one_set_with_their_events() {
     let folder = mocap("");
     let fight = folder.join("fight");
     let events = fight.join("events.json");
-    let set = read_clips(
-        std::slice::from_ref(&fight),
-        Some(&events),
-        &ReadOptions::default(),
-    )
-    .unwrap();
+    let set = read_clips(&[fight], Some(&events), &ReadOptions::default()).unwrap();
     assert_eq!(set.clips.len(), 53);
     assert_eq!(set.skeleton.len(), 27);
     assert_eq!(set.warnings, Vec::<String>::new());
-    let seconds: f64 = set.clips.iter().map(sabaki::anim::Clip::duration).sum();
+    let seconds: f64 = set.clips.iter().map(Clip::duration).sum();
     assert!((195.0..215.0).contains(&seconds), "{seconds}");
-    let evasions = set
-        .events
-        .iter()
-        .filter(|event| event.kind == sabaki::anim::EventKind::Evasion);
-    assert_eq!(evasions.count(), 8);
+    let is_evasion = |event: &&Event| event.kind == EventKind::Evasion;
+    assert_eq!(set.events.iter().filter(is_evasion).count(), 8);
     assert!(set.scales.iter().all(|scale| scale.metres_per_unit == 0.01));
-    let again = sabaki_import::EventsFile::of(&set.events, &set.clips, &set.skeleton).unwrap();
-    assert_eq!(
-        again.resolve(&set.clips, &set.skeleton).unwrap(),
-        set.events
-    );
+    let again = EventsFile::of(&set.events, &set.clips, &set.skeleton).unwrap();
+    let resolved = again.resolve(&set.clips, &set.skeleton);
+    assert_eq!(resolved, Ok(set.events));
 }
 
 #[test]

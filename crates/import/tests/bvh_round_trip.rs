@@ -11,11 +11,9 @@ use sabaki_import::bvh::{BvhFile, write};
 fn skeletons() -> impl Strategy<Value = Skeleton> {
     let joint = (any::<u16>(), any::<bool>(), places(0.6));
     prop::collection::vec(joint, 1..20).prop_map(|joints| {
-        let parents: Vec<Option<usize>> = joints
-            .iter()
-            .enumerate()
-            .map(|(index, joint)| usize::from(joint.0).checked_rem(index))
-            .collect();
+        let parents = joints.iter().enumerate();
+        let parents = parents.map(|(index, joint)| usize::from(joint.0).checked_rem(index));
+        let parents: Vec<Option<usize>> = parents.collect();
         let list = joints.iter().enumerate().map(|(index, joint)| {
             let is_leaf = !parents.contains(&Some(index));
             let is_end = index > 0 && joint.1 && is_leaf;
@@ -23,10 +21,9 @@ fn skeletons() -> impl Strategy<Value = Skeleton> {
                 name: format!("joint {index}"),
                 parent: parents[index].map(|parent| JointId(parent as u16)),
                 offset: joint.2,
-                kind: if is_end {
-                    JointKind::EndSite
-                } else {
-                    JointKind::Moving
+                kind: match is_end {
+                    true => JointKind::EndSite,
+                    false => JointKind::Moving,
                 },
             }
         });
@@ -138,11 +135,7 @@ fn names_that_a_file_cannot_hold_are_changed_not_lost() {
     let mut text = Vec::new();
     write(&mut text, &skeleton, &clip, 1.0).unwrap();
     let file = BvhFile::parse(&text).unwrap();
-    let names: Vec<_> = file
-        .joints()
-        .iter()
-        .map(|joint| joint.name.as_str())
-        .collect();
-    assert_eq!(names, ["a__b_", "_", "c d"]);
+    let names = file.joints().iter().map(|joint| joint.name.as_str());
+    assert!(names.eq(["a__b_", "_", "c d"]));
     assert!(write(&mut text, &skeleton, &clip, 0.0).is_err());
 }

@@ -42,11 +42,9 @@ fn request(throw: &Throw) -> RecordedRequest {
 fn answers() -> impl Iterator<Item = (Throw, Answer)> {
     (0..ATTACKS).map(|index| {
         let throw = throw(embedded(), &ThrowSettings::default(), 11, index).unwrap();
-        let answer = answer_throw(
-            &Query::new(embedded(), &settings()),
-            &throw,
-            Evaluation::Lazy,
-        );
+        let settings = settings();
+        let query = Query::new(embedded(), &settings);
+        let answer = answer_throw(&query, &throw, Evaluation::Lazy);
         (throw, answer)
     })
 }
@@ -119,8 +117,8 @@ impl Exported {
                 for step in 0..=count {
                     let share = step as f64 / count as f64;
                     let t = from.0 + (to.0 - from.0) * share;
-                    let (ball, radius) =
-                        (from.1.lerp(to.1, share), from.2 + (to.2 - from.2) * share);
+                    let ball = from.1.lerp(to.1, share);
+                    let radius = from.2 + (to.2 - from.2) * share;
                     let frame = ((t * per_second) as usize).min(body.len() - 2);
                     let part = t * per_second - frame as f64;
                     for (index, own) in radii.iter().enumerate() {
@@ -137,18 +135,15 @@ impl Exported {
 #[test]
 fn the_files_are_the_answer() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut clean, mut hits) = (0, 0);
+    let mut clean = 0;
     for (throw, answer) in answers() {
         let exported = export(folder.path(), &throw, &answer);
-        match clearance_is_that_of_the_files(&exported, &answer) {
-            true => clean += 1,
-            false => hits += 1,
-        }
+        clean += usize::from(clearance_is_that_of_the_files(&exported, &answer));
         motion_begins_where_the_character_is(&exported, &throw);
         motion_lasts_until_the_attack_is_over(&exported, &throw);
         explanation_has_every_candidate(&exported.facts, &answer);
     }
-    assert!(clean > 0, "{clean} clean, {hits} hits");
+    assert!(clean > 0);
 }
 
 /// Returns whether the attack is avoided.
@@ -253,10 +248,8 @@ fn a_recording_that_is_none_or_of_another_graph_is_refused() {
     };
     let asked = |pointer: &str, value: Value| changed(pointer, value).unwrap().replay(embedded());
     let graph = asked("/query/graph", 1.into());
-    assert!(matches!(
-        graph,
-        Err(RecordingError::Graph { expected: 1, .. })
-    ));
+    let is_named = matches!(graph, Err(RecordingError::Graph { expected: 1, .. }));
+    assert!(is_named, "{:?}", graph.err());
     for (key, value) in [
         ("edge", Value::from(u32::MAX)),
         ("frame", (-1.0).into()),
@@ -280,14 +273,12 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
     let mut evasions = 0;
     for (throw, answer) in answers() {
         let chosen = answer.chosen();
-        let place = evasion_placement(
-            ExportedAnswer {
-                baked,
-                request: &request(&throw),
-                answer: &answer,
-            },
-            chosen,
-        );
+        let exported = ExportedAnswer {
+            baked,
+            request: &request(&throw),
+            answer: &answer,
+        };
+        let place = evasion_placement(exported, chosen);
         assert_eq!(place.is_some(), chosen.evasion.is_some());
         let Some(place) = place else { continue };
         if let Some(entered) = chosen.entry {
@@ -299,11 +290,8 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
             continue;
         }
         let mut start = throw.playhead.seconds_to_next_node(baked.graph());
-        for step in answer
-            .motion
-            .steps()
-            .take(answer.path(baked, chosen).count())
-        {
+        let edges = answer.path(baked, chosen).count();
+        for step in answer.motion.steps().take(edges) {
             start += baked.graph().seconds(step.edge) / step.rate;
         }
         let there = answer.motion.playhead(baked.graph(), start + 1e-4);

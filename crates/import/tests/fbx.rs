@@ -4,6 +4,8 @@ use glam::Vec3;
 use sabaki_fixtures::clips::joints_at;
 use sabaki_import::{ReadOptions, read_mesh, read_motions};
 
+use super::common::{refusal, written};
+
 /// An arm in centimetres: a root, a bone 100 above it that turns about Z by 90 degrees within a second, and one 50 above that; a triangle
 /// hangs on the second.
 fn arm() -> String {
@@ -34,25 +36,9 @@ fn arm() -> String {
         "AnimationCurveNode: 52, \"AnimCurveNode::R\", \"\" { Properties70: { P: \"d|X\", \"Number\", \"\", \"A\",0\n P: \"d|Y\", \"Number\", \"\", \"A\",0\n P: \"d|Z\", \"Number\", \"\", \"A\",0 }\n }\n".to_owned(),
         "AnimationCurve: 53, \"AnimCurve::\", \"\" { Default: 0\n KeyVer: 4008\n KeyTime: *2 { a: 0,46186158000 }\n KeyValueFloat: *2 { a: 0,90 }\n KeyAttrFlags: *1 { a: 4 }\n KeyAttrDataFloat: *4 { a: 0,0,0,0 }\n KeyAttrRefCount: *1 { a: 2 }\n }\n".to_owned(),
     ];
-    let links = [
-        (10, 0),
-        (11, 10),
-        (12, 11),
-        (13, 0),
-        (20, 10),
-        (21, 11),
-        (22, 12),
-        (30, 13),
-        (40, 30),
-        (41, 40),
-        (11, 41),
-        (51, 50),
-        (52, 51),
-    ];
-    let links: String = links
-        .iter()
-        .map(|(from, to)| format!("C: \"OO\",{from},{to}\n"))
-        .collect();
+    let links = "10,0 11,10 12,11 13,0 20,10 21,11 22,12 30,13 40,30 41,40 11,41 51,50 52,51";
+    let links = links.split(' ').map(|link| format!("C: \"OO\",{link}\n"));
+    let links: String = links.collect();
     format!(
         "; FBX 7.4.0 project file\nFBXHeaderExtension: {{ FBXHeaderVersion: 1003\n FBXVersion: 7400\n }}\n\
          GlobalSettings: {{ Version: 1000\n Properties70: {{ P: \"UpAxis\", \"int\", \"Integer\", \"\",1\n P: \"UpAxisSign\", \"int\", \"Integer\", \"\",1\n \
@@ -66,37 +52,26 @@ fn arm() -> String {
 #[test]
 fn skeleton_takes_and_mesh_are_read_in_metres() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("arm.fbx");
     // With the take's start, which programs may leave out, and without.
     let start = "Properties70: { P: \"LocalStart\", \"KTime\", \"Time\", \"\",0\n P: \"LocalStop\"";
-    for text in [
-        arm().replace("Properties70: { P: \"LocalStop\"", start),
-        arm(),
-    ] {
-        std::fs::write(&path, text).unwrap();
+    let with_start = arm().replace("Properties70: { P: \"LocalStop\"", start);
+    let mut path = folder.path().to_owned();
+    for text in [with_start, arm()] {
+        path = written(folder.path(), "arm.fbx", text);
         let motions = read_motions(&path, &ReadOptions::default()).unwrap();
         let [motion] = &motions[..] else {
             panic!("{motions:?}")
         };
-        let names: Vec<&str> = motion
-            .skeleton
-            .joints()
-            .iter()
-            .map(|joint| &joint.name[..])
-            .collect();
-        assert_eq!(names, ["Base", "Arm", "Hand"]);
+        let names = motion.skeleton.joints().iter().map(|joint| &joint.name[..]);
+        assert!(names.eq(["Base", "Arm", "Hand"]));
         assert_eq!(motion.clip.name(), "arm.fbx");
         assert!((motion.clip.duration() - 1.0).abs() < 1e-4);
         for (frame, hand) in [
             (0, Vec3::new(0.0, 1.5, 0.0)),
             (motion.clip.frames() - 1, Vec3::new(-0.5, 1.0, 0.0)),
         ] {
-            let joints = joints_at(&motion.skeleton, &motion.clip, frame);
-            assert!(
-                joints[2].translation.distance(hand) < 1e-4,
-                "{frame}: {}",
-                joints[2].translation
-            );
+            let found = joints_at(&motion.skeleton, &motion.clip, frame)[2].translation;
+            assert!(found.distance(hand) < 1e-4, "{frame}: {found}");
         }
     }
     let mesh = read_mesh(&path).unwrap();
@@ -104,37 +79,29 @@ fn skeleton_takes_and_mesh_are_read_in_metres() {
     for vertex in &mesh.vertices {
         assert_eq!(mesh.joints[usize::from(vertex.joints[0])].name, "Arm");
     }
-    assert!(
-        mesh.vertices[0].position.distance(Vec3::Y) < 1e-5,
-        "{:?}",
-        mesh.vertices[0]
-    );
-    let hand = mesh
-        .joints
-        .iter()
-        .find(|joint| joint.name == "Hand")
-        .unwrap();
-    assert!(hand.position.distance(1.5 * Vec3::Y) < 1e-5, "{hand:?}");
+    let first = mesh.vertices[0].position;
+    assert!(first.distance(Vec3::Y) < 1e-5, "{first}");
+    let hand = mesh.joints.iter().find(|joint| joint.name == "Hand");
+    let hand = hand.unwrap().position;
+    assert!(hand.distance(1.5 * Vec3::Y) < 1e-5, "{hand}");
 }
 
 #[test]
 fn what_is_no_fbx_file_is_refused_with_its_name() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("arm.FBX");
+    let refused = |bytes: &[u8]| {
+        let path = written(folder.path(), "arm.FBX", bytes);
+        refusal(read_motions(&path, &ReadOptions::default()))
+    };
     let whole = arm();
     for length in [0, 10, whole.len() / 2] {
-        std::fs::write(&path, &whole[..length]).unwrap();
-        let error = read_motions(&path, &ReadOptions::default())
-            .unwrap_err()
-            .to_string();
+        let error = refused(&whole.as_bytes()[..length]);
         assert!(error.contains("arm.FBX: "), "{error}");
     }
     // The first node of a file by Assimp, which ends with no empty node.
-    let creator = b"Open Asset Import Library (Assimp) 5.2.0";
     let mut file = b"Kaydara FBX Binary  \0\x1a\0\x4c\x1d\0\0".to_vec();
     file.extend([0xff; 24]);
-    file.extend(creator);
-    std::fs::write(&path, file).unwrap();
-    let error = read_motions(&path, &ReadOptions::default()).unwrap_err();
-    assert!(error.to_string().contains("Assimp writes"), "{error}");
+    file.extend(b"Open Asset Import Library (Assimp) 5.2.0");
+    let error = refused(&file);
+    assert!(error.contains("Assimp writes"), "{error}");
 }

@@ -9,9 +9,8 @@ use sabaki_fixtures::clips::{clip, joints_at};
 use sabaki_import::{ClipSet, MirrorError};
 
 fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
-    let joints = joints
-        .iter()
-        .map(|&(name, parent, offset)| (name, parent, offset.into()));
+    let joints = joints.iter();
+    let joints = joints.map(|&(name, parent, offset)| (name, parent, offset.into()));
     let skeleton = sabaki_fixtures::clips::skeleton(&joints.collect::<Vec<_>>());
     let turn = Quat::from_euler(glam::EulerRot::XYZ, 0.1, 0.5, 0.2);
     let (root, turns) = (Vec3::new(0.3, 0.9, 0.2), vec![turn; skeleton.len()]);
@@ -127,9 +126,6 @@ fn both_halves_of_real_capture_lie_in_one_graph() {
         assert!(apart < 0.8, "{name}: {apart} radians");
     }
     let (both, doubled) = seconds(&set);
-    println!(
-        "{alone:?} s alone, {both:?} s with the mirrored half; {labelled} and {doubled} events"
-    );
     assert!(both[0] >= 0.95 * alone[0] && both[1] > 0.9 * alone[0]);
     assert!(doubled >= 2 * labelled - 2, "{labelled} {doubled}");
 }

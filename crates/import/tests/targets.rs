@@ -85,18 +85,10 @@ pub fn asf_file(bytes: &[u8]) {
 
 pub fn gltf_file(bytes: &[u8]) {
     if let Ok(mesh) = SkinnedMesh::parse(bytes, |_| Err("there is none".to_owned())) {
-        let corners = mesh.triangles.as_flattened();
-        assert!(
-            corners
-                .iter()
-                .all(|&corner| (corner as usize) < mesh.vertices.len())
-        );
-        let known = |joint: &u16| usize::from(*joint) < mesh.joints.len();
-        assert!(
-            mesh.vertices
-                .iter()
-                .all(|vertex| vertex.joints.iter().all(known))
-        );
+        let mut corners = mesh.triangles.as_flattened().iter();
+        assert!(corners.all(|&corner| (corner as usize) < mesh.vertices.len()));
+        let mut joints = mesh.vertices.iter().flat_map(|vertex| vertex.joints);
+        assert!(joints.all(|joint| usize::from(joint) < mesh.joints.len()));
     }
     let Ok(file) = GltfFile::parse(bytes, |_| Err("there is none".to_owned())) else {
         return;
@@ -146,11 +138,8 @@ pub fn attack_file(bytes: &[u8]) {
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     for entry in file.attacks.into_iter().take(2) {
         if let Ok(attack) = Attack::new(entry.spheres) {
-            Query::new(baked, &settings).answer(
-                Request::new(playhead, &attack),
-                &mut context,
-                &mut answer,
-            );
+            let request = Request::new(playhead, &attack);
+            Query::new(baked, &settings).answer(request, &mut context, &mut answer);
             assert!(!answer.candidates.is_empty());
             assert!(!answer.clearance().metres.is_nan());
         }

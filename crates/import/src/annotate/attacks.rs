@@ -183,13 +183,9 @@ impl<'a> Stroke<'a> {
 
     /// The frame of the largest reach; the first of equals.
     fn contact(&self, from: usize, to: usize) -> usize {
-        (from..=to).fold(from, |best, frame| {
-            if self.reach[frame] > self.reach[best] {
-                frame
-            } else {
-                best
-            }
-        })
+        let further = |a: &usize, b: &usize| self.reach[*a].total_cmp(&self.reach[*b]);
+        // `max_by` returns the last maximum.
+        (from..=to).rev().max_by(further).unwrap_or(from)
     }
 
     /// Height of the contact over the lowest hand or foot at about that time.

@@ -58,18 +58,17 @@ pub(super) struct Evasion {
     pub(super) score: f32,
 }
 
-impl Evasion {
-    fn new(range: &Range<usize>, score: f32) -> Self {
-        Self {
-            start: range.start,
-            end: range.end - 1,
-            score,
-        }
+fn evasion(range: &Range<usize>, score: f32) -> Evasion {
+    Evasion {
+        start: range.start,
+        end: range.end - 1,
+        score,
     }
 }
 
 /// Curves of the trunk.
-struct Trunk {
+struct Trunk<'a> {
+    body: &'a Body,
     root: Vec<Vec3>,
     head: Vec<Vec3>,
     /// Vector from the root to the head, in statures.
@@ -83,8 +82,8 @@ struct Trunk {
     guard: Option<Vec<Vec3>>,
 }
 
-impl Trunk {
-    fn of(body: &Body) -> Self {
+impl<'a> Trunk<'a> {
+    fn of(body: &'a Body) -> Self {
         let root = smoothed(&body.root, SMOOTHING, body.rate);
         let head = smoothed(&body.head, SMOOTHING, body.rate);
         let head_speeds = speeds(&head, body.rate);
@@ -95,6 +94,7 @@ impl Trunk {
             sum / hands - body.root[frame]
         };
         Self {
+            body,
             lean: between(&head, &root),
             speeds: head_speeds
                 .iter()
@@ -114,51 +114,14 @@ impl Trunk {
         let drop = self.head[from].y - self.head[frame].y;
         self.lean[frame].distance(self.lean[from]) + drop.max(0.0)
     }
-}
 
-/// All evasions of a body, by time.
-pub(super) fn find(body: &Body, strikes: &[Strike]) -> Vec<Evasion> {
-    let finder = Finder {
-        body,
-        trunk: Trunk::of(body),
-    };
-    let hold = body.frames(MAX_HOLD);
-    let strikes_in = |frame: &usize| {
-        let mut strikes = strikes.iter();
-        strikes.any(|strike| (strike.start..=strike.end).contains(frame))
-    };
-    let frames: Vec<usize> = (0..body.root.len()).collect();
-    let free = frames.chunk_by(|a, b| strikes_in(a) == strikes_in(b));
-    let free = free.filter(|part| !strikes_in(&part[0]));
-    let free = free.map(|part| part[0]..part[0] + part.len());
-    let mut found = Vec::new();
-    for range in free.flat_map(|part| finder.moves(part, hold)) {
-        match finder.returns(&range) {
-            Some(evasion) => found.push(evasion),
-            None => found.extend(
-                finder
-                    .moves(range, 0)
-                    .iter()
-                    .filter_map(|range| finder.steps(range)),
-            ),
-        }
-    }
-    found
-}
-
-struct Finder<'a> {
-    body: &'a Body,
-    trunk: Trunk,
-}
-
-impl Finder<'_> {
     /// The ranges of frames in which the trunk moves; the last frame of each moves. A rest in a posture away from the first may
     /// last `hold` frames.
     fn moves(&self, within: Range<usize>, hold: usize) -> Vec<Range<usize>> {
         let gap = self.body.frames(MAX_GAP);
         let mut ranges: Vec<Range<usize>> = Vec::new();
         for frame in within {
-            if self.trunk.speeds[frame] <= MIN_SPEED {
+            if self.speeds[frame] <= MIN_SPEED {
                 continue;
             }
             match ranges.last_mut() {
@@ -174,13 +137,13 @@ impl Finder<'_> {
     /// Whether the head stays away from its place over the root from a range's end to `frame`, for `hold` frames at most.
     fn holds(&self, range: &Range<usize>, frame: usize, hold: usize) -> bool {
         let rest = range.start.saturating_sub(1);
-        let is_away = |frame| self.trunk.away(frame, rest) >= AWAY;
+        let is_away = |frame| self.away(frame, rest) >= AWAY;
         frame - range.end <= hold && (range.end..frame).all(is_away)
     }
 
     /// Whether a range of a score is as long as an evasion, no walk, and the hands are no faster than the body's own movement makes them.
     fn is_quiet(&self, range: &Range<usize>, score: f32) -> bool {
-        let hands = largest(self.trunk.hand_speeds[range.clone()].iter().copied());
+        let hands = largest(self.hand_speeds[range.clone()].iter().copied());
         let limit = MAX_HAND_SPEED.0.max(MAX_HAND_SPEED.1 * score);
         let travels = self.body.travels[range.clone()]
             .iter()
@@ -196,64 +159,61 @@ impl Finder<'_> {
 
     /// A dodge or a duck.
     fn returns(&self, range: &Range<usize>) -> Option<Evasion> {
-        let head = largest(self.trunk.head_speeds[range.clone()].iter().copied());
+        let head = largest(self.head_speeds[range.clone()].iter().copied());
         let is_fast = head > MIN_PEAK_SPEED;
         let score = self.dodge(range.clone()).hypot(self.duck(range.clone()));
         let fits = is_fast && self.is_quiet(range, score);
-        (fits && score >= 1.0).then(|| Evasion::new(range, score))
+        (fits && score >= 1.0).then(|| evasion(range, score))
     }
 
     /// A step or a retreat.
     fn steps(&self, range: &Range<usize>) -> Option<Evasion> {
         let score = self.step(range.clone());
-        (self.is_quiet(range, 1.0) && score >= 1.0).then(|| Evasion::new(range, score))
+        (self.is_quiet(range, 1.0) && score >= 1.0).then(|| evasion(range, score))
     }
 
     /// Lean away and back, as a multiple of the least that counts; 0 if the range is no dodge.
     fn dodge(&self, range: Range<usize>) -> f32 {
         let start = range.start.saturating_sub(1);
         let last = range.end - 1;
-        let lean = |frame: usize| (self.trunk.lean[frame] - self.trunk.lean[start]).with_y(0.0);
+        let lean = |frame: usize| (self.lean[frame] - self.lean[start]).with_y(0.0);
         let furthest = |a: &usize, b: &usize| lean(*a).length().total_cmp(&lean(*b).length());
         let most = lean(range.max_by(furthest).unwrap_or(start));
         let is_bow = most.dot(self.body.facing[start]) > MAX_BOW * most.length();
-        if !is_bow && lean(last).length() < LEAN_LEFT * most.length() {
-            most.length() / MIN_LEAN
-        } else {
-            0.0
+        match !is_bow && lean(last).length() < LEAN_LEFT * most.length() {
+            true => most.length() / MIN_LEAN,
+            false => 0.0,
         }
     }
 
     /// Drop of the head and rise, as a multiple of the least that counts; 0 if the range is no duck.
     fn duck(&self, range: Range<usize>) -> f32 {
-        let rest = self.trunk.head[range.start.saturating_sub(1)].y;
-        let drop = |frame: usize| rest - self.trunk.head[frame].y;
+        let rest = self.head[range.start.saturating_sub(1)].y;
+        let drop = |frame: usize| rest - self.head[frame].y;
         let most = largest(range.clone().map(drop));
-        if drop(range.end - 1) < DROP_LEFT * most {
-            most / MIN_DROP
-        } else {
-            0.0
+        match drop(range.end - 1) < DROP_LEFT * most {
+            true => most / MIN_DROP,
+            false => 0.0,
         }
     }
 
     /// Distance sideways or back in guard, as a multiple of the least that counts; 0 if the range is no step.
     fn step(&self, range: Range<usize>) -> f32 {
-        let Some(guard) = &self.trunk.guard else {
+        let Some(guard) = &self.guard else {
             return 0.0;
         };
-        let middle = |frame: usize| 0.5 * (self.trunk.head[frame] + self.trunk.root[frame]);
+        let middle = |frame: usize| 0.5 * (self.head[frame] + self.root[frame]);
         let way = (middle(range.end - 1) - middle(range.start)).with_y(0.0);
         let rest = range.start.saturating_sub(1);
         let hands = guard[rest].with_y(0.0);
-        let ahead = if hands.length() >= GUARD_REACH {
-            hands.normalize()
-        } else {
-            self.body.facing[rest]
+        let ahead = match hands.length() >= GUARD_REACH {
+            true => hands.normalize(),
+            false => self.body.facing[rest],
         };
         let forward = way.normalize_or_zero().dot(ahead);
         let height: f32 = guard[range.clone()].iter().map(|place| place.y).sum();
         let height = height / range.len() as f32;
-        let peak = largest(self.trunk.speeds[range.clone()].iter().copied());
+        let peak = largest(self.speeds[range.clone()].iter().copied());
         // The frames between a tenth of the way and nine tenths.
         let gone = |frame: usize| (middle(frame) - middle(range.start)).with_y(0.0).length();
         let before = |share: f32| {
@@ -267,10 +227,34 @@ impl Finder<'_> {
             && height > MIN_GUARD
             && peak > MIN_PEAK_SPEED
             && speed > MIN_STEP_SPEED;
-        if is_step {
-            way.length() / MIN_TRAVEL
-        } else {
-            0.0
+        match is_step {
+            true => way.length() / MIN_TRAVEL,
+            false => 0.0,
         }
     }
+}
+
+/// All evasions of a body, by time.
+pub(super) fn find(body: &Body, strikes: &[Strike]) -> Vec<Evasion> {
+    let trunk = Trunk::of(body);
+    let hold = body.frames(MAX_HOLD);
+    let strikes_in = |frame: &usize| {
+        let mut strikes = strikes.iter();
+        strikes.any(|strike| (strike.start..=strike.end).contains(frame))
+    };
+    let frames: Vec<usize> = (0..body.root.len()).collect();
+    let free = frames.chunk_by(|a, b| strikes_in(a) == strikes_in(b));
+    let free = free.filter(|part| !strikes_in(&part[0]));
+    let free = free.map(|part| part[0]..part[0] + part.len());
+    let mut found = Vec::new();
+    for range in free.flat_map(|part| trunk.moves(part, hold)) {
+        match trunk.returns(&range) {
+            Some(evasion) => found.push(evasion),
+            None => {
+                let moves = trunk.moves(range, 0);
+                found.extend(moves.iter().filter_map(|range| trunk.steps(range)));
+            }
+        }
+    }
+    found
 }

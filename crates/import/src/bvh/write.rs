@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use glam::{DMat3, Quat};
+use glam::{DMat3, Quat, Vec3};
 use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton};
 
 use crate::figure::on_whole;
@@ -30,122 +30,87 @@ pub fn write(
         let clip = on_whole(&whole, clip).map_err(io::Error::other)?;
         return write(out, &whole.skeleton, &clip, metres_per_unit);
     }
-    let mut writer = Writer {
-        out,
-        skeleton,
-        moves: moving_joints(skeleton, clip),
-        units_per_metre: 1.0 / metres_per_unit,
-    };
-    let order = writer.hierarchy()?;
-    writeln!(writer.out, "MOTION\nFrames: {}", clip.frames())?;
-    writeln!(writer.out, "Frame Time: {}", 1.0 / clip.frame_rate())?;
+    let (moves, units_per_metre) = (moving_joints(skeleton, clip), 1.0 / metres_per_unit);
+    let units = |place: Vec3| (place.as_dvec3() * units_per_metre).to_array();
+    let order = write_hierarchy(out, skeleton, &moves, units)?;
+    writeln!(out, "MOTION\nFrames: {}", clip.frames())?;
+    writeln!(out, "Frame Time: {}", 1.0 / clip.frame_rate())?;
     let mut pose = Pose::default();
     for frame in 0..clip.frames() {
         clip.pose(frame, &mut pose);
-        writer.frame(&order, &pose)?;
+        let mut blank = "";
+        for id in &order {
+            if moves[id.index()] {
+                let place = match *id {
+                    JointId::ROOT => pose.root,
+                    id => pose.translations[id.index()],
+                };
+                for value in units(place) {
+                    write!(out, "{blank}{value:.8}")?;
+                    blank = " ";
+                }
+            }
+            for value in zxy_degrees(pose.rotations[id.index()]) {
+                write!(out, "{blank}{value:.6}")?;
+            }
+        }
+        writeln!(out)?;
     }
     Ok(())
 }
 
-struct Writer<'a, W> {
-    out: &'a mut W,
-    skeleton: &'a Skeleton,
-    /// Whether each joint has positions.
-    moves: Vec<bool>,
-    units_per_metre: f64,
-}
-
-impl<W: Write> Writer<'_, W> {
-    /// Writes the tree and returns the joints with channels, in the order of the file.
-    fn hierarchy(&mut self) -> io::Result<Vec<JointId>> {
-        let skeleton = self.skeleton;
-        let mut children = vec![Vec::new(); skeleton.len()];
-        for id in skeleton.ids().rev() {
-            if let Some(parent) = skeleton.joint(id).parent {
-                children[parent.index()].push(id);
-            }
+/// Writes the tree and returns the joints with channels, in the order of the file. Joints that `moves` have positions.
+fn write_hierarchy(
+    out: &mut impl Write,
+    skeleton: &Skeleton,
+    moves: &[bool],
+    units: impl Fn(Vec3) -> [f64; 3],
+) -> io::Result<Vec<JointId>> {
+    let mut line = |depth: usize, text: &str| {
+        // The indentation is limited, so that a chain of thousands of joints stays a small file.
+        writeln!(out, "{}{text}", "\t".repeat(depth.min(40)))
+    };
+    let mut children = vec![Vec::new(); skeleton.len()];
+    for id in skeleton.ids().rev() {
+        if let Some(parent) = skeleton.joint(id).parent {
+            children[parent.index()].push(id);
         }
-        writeln!(self.out, "HIERARCHY")?;
-        let mut order = Vec::new();
-        let mut open: Vec<JointId> = Vec::new();
-        let mut next = vec![JointId::ROOT];
-        while let Some(id) = next.pop() {
-            while open.last().copied() != skeleton.joint(id).parent {
-                open.pop();
-                self.line(open.len(), "}")?;
-            }
-            let below = &children[id.index()];
-            let has_channels = self.block(id, open.len(), below.is_empty())?;
-            if has_channels {
-                order.push(id);
-            }
-            open.push(id);
-            next.extend(below);
-        }
-        while open.pop().is_some() {
-            self.line(open.len(), "}")?;
-        }
-        Ok(order)
     }
-
-    /// Writes the start of a joint's block, up to its channels. Returns whether the joint has
-    /// channels.
-    fn block(&mut self, id: JointId, depth: usize, is_leaf: bool) -> io::Result<bool> {
-        let joint = self.skeleton.joint(id);
+    line(0, "HIERARCHY")?;
+    let (mut order, mut open) = (Vec::new(), Vec::new());
+    let mut next = vec![JointId::ROOT];
+    while let Some(id) = next.pop() {
+        let (joint, below) = (skeleton.joint(id), &children[id.index()]);
+        while open.last().copied() != joint.parent {
+            open.pop();
+            line(open.len(), "}")?;
+        }
         let is_root = id == JointId::ROOT;
-        let is_end = joint.kind == JointKind::EndSite && is_leaf && !is_root;
+        let is_end = joint.kind == JointKind::EndSite && below.is_empty() && !is_root;
         let title = match (is_end, is_root) {
             (true, _) => "End Site".to_owned(),
             (false, true) => format!("ROOT {}", file_name(&joint.name)),
             (false, false) => format!("JOINT {}", file_name(&joint.name)),
         };
-        self.line(depth, &title)?;
-        self.line(depth, "{")?;
-        let [x, y, z] = (joint.offset.as_dvec3() * self.units_per_metre).to_array();
-        self.line(depth + 1, &format!("OFFSET {x:.8} {y:.8} {z:.8}"))?;
+        line(open.len(), &title)?;
+        line(open.len(), "{")?;
+        open.push(id);
+        let [x, y, z] = units(joint.offset);
+        line(open.len(), &format!("OFFSET {x:.8} {y:.8} {z:.8}"))?;
         if !is_end {
-            let channels = if self.has_positions(id) {
-                format!("CHANNELS 6 {POSITIONS} {ROTATIONS}")
-            } else {
-                format!("CHANNELS 3 {ROTATIONS}")
+            let channels = match moves[id.index()] {
+                true => format!("CHANNELS 6 {POSITIONS} {ROTATIONS}"),
+                false => format!("CHANNELS 3 {ROTATIONS}"),
             };
-            self.line(depth + 1, &channels)?;
+            line(open.len(), &channels)?;
+            order.push(id);
         }
-        Ok(!is_end)
+        next.extend(below);
     }
-
-    fn has_positions(&self, id: JointId) -> bool {
-        self.moves[id.index()]
+    while open.pop().is_some() {
+        line(open.len(), "}")?;
     }
-
-    fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
-        // The indentation is limited, so that a chain of thousands of joints stays a small file.
-        for _ in 0..depth.min(40) {
-            self.out.write_all(b"\t")?;
-        }
-        writeln!(self.out, "{text}")
-    }
-
-    fn frame(&mut self, order: &[JointId], pose: &Pose) -> io::Result<()> {
-        let mut blank = "";
-        for &id in order {
-            if self.has_positions(id) {
-                let place = if id == JointId::ROOT {
-                    pose.root
-                } else {
-                    pose.translations[id.index()]
-                };
-                for value in (place.as_dvec3() * self.units_per_metre).to_array() {
-                    write!(self.out, "{blank}{value:.8}")?;
-                    blank = " ";
-                }
-            }
-            for value in zxy_degrees(pose.rotations[id.index()]) {
-                write!(self.out, "{blank}{value:.6}")?;
-            }
-        }
-        writeln!(self.out)
-    }
+    Ok(order)
 }
 
 /// Whether each joint leaves its place in the skeleton. The root does.
@@ -160,21 +125,10 @@ pub(crate) fn moving_joints(skeleton: &Skeleton, clip: &Clip) -> Vec<bool> {
 }
 
 fn file_name(name: &str) -> String {
-    let clean: String = name
-        .trim()
-        .chars()
-        .map(|c| {
-            if c.is_control() || matches!(c, '{' | '}') {
-                '_'
-            } else {
-                c
-            }
-        })
-        .collect();
-    if clean.is_empty() {
-        "_".to_owned()
-    } else {
-        clean
+    let is_bad = |c: char| c.is_control() || matches!(c, '{' | '}');
+    match name.trim() {
+        "" => "_".to_owned(),
+        name => name.replace(is_bad, "_"),
     }
 }
 

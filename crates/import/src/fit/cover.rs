@@ -17,6 +17,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use sabaki::anim::JointId;
 
+use super::mesh::bounds;
 use super::surface::Surface;
 use super::{FitSettings, JointFit, Mesh};
 
@@ -48,21 +49,26 @@ impl Piece {
         }
     }
 
-    /// Number of the mesh's vertices that belong to the piece.
-    pub(super) fn vertices(&self, mesh: &Mesh, joints: &[JointId]) -> usize {
+    /// Finds few balls that cover the piece, in the space of the mesh, and measures them. `joints` are those of the mesh's vertices.
+    pub(super) fn fit(
+        &self,
+        mesh: &Mesh,
+        joints: &[JointId],
+        surface: &Surface,
+        settings: &FitSettings,
+    ) -> (Vec<Ball>, JointFit) {
         let mut own = vec![false; joints.len()];
         for &vertex in mesh.triangles().iter().flatten() {
             own[vertex as usize] = joints[vertex as usize] == self.joint;
         }
-        own.into_iter().filter(|&own| own).count()
+        let vertices = own.into_iter().filter(|&own| own).count();
+        let balls = self.balls(surface, settings);
+        let fit = self.measure(vertices, surface, &balls, settings);
+        (balls, fit)
     }
 
-    /// Finds few balls that cover the piece, in the space of the mesh.
-    pub(super) fn fit(&self, surface: &Surface, settings: &FitSettings) -> Vec<Ball> {
-        let (low, high) = self.places.iter().fold(
-            (Vec3::INFINITY, Vec3::NEG_INFINITY),
-            |(low, high), &place| (low.min(place), high.max(place)),
-        );
+    fn balls(&self, surface: &Surface, settings: &FitSettings) -> Vec<Ball> {
+        let (low, high) = bounds(self.places.iter().copied());
         // Limit the radius, because a ball could grow without bound where the mesh is open.
         let largest = low.distance(high).max(settings.cover);
         let inside = 0.5 * settings.bulge;
@@ -91,9 +97,8 @@ impl Piece {
     }
 
     /// Measures how far the mesh and the balls stick out of each other, with the number of the mesh's vertices that move with the joint.
-    pub(super) fn measure(
+    fn measure(
         &self,
-        name: String,
         vertices: usize,
         surface: &Surface,
         balls: &[Ball],
@@ -113,7 +118,7 @@ impl Piece {
         let probes = probes.map(|place| surface.outside(place));
         let (spheres_out_max, spheres_out_mean) = max_and_mean(probes);
         JointFit {
-            joint: name,
+            joint: String::new(),
             vertices,
             points: self.places.len(),
             spheres: balls.len(),

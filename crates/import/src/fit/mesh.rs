@@ -122,11 +122,7 @@ impl Mesh {
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let used = self.triangles.iter().flatten();
-        let places = used.map(|&vertex| self.positions[vertex as usize]);
-        places.fold(
-            (Vec3::INFINITY, Vec3::NEG_INFINITY),
-            |(low, high), place| (low.min(place), high.max(place)),
-        )
+        bounds(used.map(|&vertex| self.positions[vertex as usize]))
     }
 
     /// Returns the mesh scaled about the origin, then rotated and translated. It converts the mesh
@@ -156,12 +152,15 @@ impl Mesh {
     /// origin between the feet and skeletons with their origin in the hips.
     #[must_use]
     pub fn to_stand_at(&self, joints: &[JointTransform]) -> Vec3 {
-        let places = joints.iter().map(|joint| joint.translation);
-        let (low, high) = places.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+        let (low, high) = bounds(joints.iter().map(|joint| joint.translation));
         let own = self.bounds();
         let middle = 0.5 * (low + high) - 0.5 * (own.0 + own.1);
         Vec3::new(middle.x, low.y - own.0.y, middle.z)
     }
+}
+
+/// Minimum and maximum corner of the box around places.
+pub(crate) fn bounds(places: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+    let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    places.fold(none, |(low, high), place| (low.min(place), high.max(place)))
 }

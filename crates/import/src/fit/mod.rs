@@ -42,6 +42,7 @@ use thiserror::Error;
 
 pub use bind::BindPose;
 use cover::Piece;
+pub(crate) use mesh::bounds;
 pub use mesh::{Mesh, MeshError, MeshPart};
 use surface::Surface;
 
@@ -64,10 +65,8 @@ pub struct FitSettings {
 impl Default for FitSettings {
     fn default() -> Self {
         Self {
-            cover: 0.02,
-            bulge: 0.01,
-            most_spheres: 64,
             furthest: 1.0,
+            ..Self::HELD
         }
     }
 }
@@ -256,11 +255,12 @@ pub fn fit_body(
         if piece.points.is_empty() {
             continue;
         }
-        let balls = piece.fit(&surface, settings);
-        let name = pose.skeleton.joint(joint).name.clone();
-        let own = piece.vertices(mesh, &vertices);
-        let fit = piece.measure(name, own, &surface, &balls, settings);
-        report.joints.push(fit);
+        let (balls, fit) = piece.fit(mesh, &vertices, &surface, settings);
+        let joint_name = pose.skeleton.joint(joint).name.clone();
+        report.joints.push(JointFit {
+            joint: joint_name,
+            ..fit
+        });
         let frame = pose.joints[joint.index()];
         body.spheres.extend(balls.iter().map(|ball| BodySphere {
             joint,
@@ -301,9 +301,7 @@ pub fn fit_prop(
     let vertices = vec![JointId::ROOT; mesh.positions().len()];
     let surface = Surface::new(mesh, &vertices, 0.5 * settings.cover);
     let piece = Piece::of(&surface, JointId::ROOT);
-    let balls = piece.fit(&surface, settings);
-    let own = piece.vertices(mesh, &vertices);
-    let fit = piece.measure(String::new(), own, &surface, &balls, settings);
+    let (balls, fit) = piece.fit(mesh, &vertices, &surface, settings);
     let spheres = balls
         .iter()
         .map(|ball| Sphere::new(ball.centre, ball.radius));

@@ -12,32 +12,20 @@ use super::buffers::Container;
 use super::nodes::{Local, node_name};
 use crate::MOST_ENTRIES;
 
-/// The node and property that a channel moves.
-struct Target {
-    node: usize,
-    property: Property,
-    /// Index of the sampler.
-    sampler: usize,
-}
-
-/// The channels of an animation that move nodes and whose interpolation is known.
-fn targets(animation: &Animation) -> impl Iterator<Item = Target> + '_ {
+/// The channels of an animation that move nodes and whose interpolation is known: node, property and index of the sampler.
+fn targets(animation: &Animation) -> impl Iterator<Item = (usize, Property, usize)> + '_ {
     let channels = animation.channels.iter();
     channels.filter_map(|channel| {
         let Checked::Valid(property) = channel.target.path else {
             return None;
         };
-        let sampler = channel.sampler.value();
+        let index = channel.sampler.value();
         // A sampler that is not there is reported later.
-        let is_known = animation
-            .samplers
-            .get(sampler)
-            .is_none_or(|sampler| matches!(sampler.interpolation, Checked::Valid(_)));
-        (property != Property::MorphTargetWeights && is_known).then(|| Target {
-            node: channel.target.node.value(),
-            property,
-            sampler,
-        })
+        let is_known = animation.samplers.get(index);
+        let is_known =
+            is_known.is_none_or(|sampler| matches!(sampler.interpolation, Checked::Valid(_)));
+        let is_motion = property != Property::MorphTargetWeights && is_known;
+        is_motion.then(|| (channel.target.node.value(), property, index))
     })
 }
 
@@ -66,10 +54,10 @@ impl Moves {
         let (mut animations, mut nodes, mut keys) = (Vec::new(), HashSet::new(), 0u64);
         for animation in &container.root.animations {
             let mut is_any = false;
-            for target in targets(animation).filter(|target| moves(target.node)) {
+            for (node, _, sampler) in targets(animation).filter(|&(node, ..)| moves(node)) {
                 is_any = true;
-                nodes.insert(target.node);
-                if let Some(sampler) = animation.samplers.get(target.sampler) {
+                nodes.insert(node);
+                if let Some(sampler) = animation.samplers.get(sampler) {
                     let own = count(sampler.input).max(count(sampler.output));
                     keys = keys.saturating_add(own);
                 }
@@ -114,12 +102,7 @@ impl Tracks {
         moves: impl Fn(usize) -> bool,
     ) -> Result<Self, GltfError> {
         let mut nodes: HashMap<usize, NodeTracks> = HashMap::new();
-        for target in targets(animation).filter(|target| moves(target.node)) {
-            let Target {
-                node,
-                property,
-                sampler,
-            } = target;
+        for (node, property, sampler) in targets(animation).filter(|&(node, ..)| moves(node)) {
             let of_animation = || format!("animation \"{name}\"");
             let found = animation.samplers.get(sampler);
             let sampler =

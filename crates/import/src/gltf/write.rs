@@ -141,22 +141,17 @@ fn rest_places(skeleton: &Skeleton) -> Vec<Vec3> {
 
 /// Nodes of the joints, with the root at a place.
 fn nodes(skeleton: &Skeleton, root: Vec3) -> Vec<Value> {
-    let mut children: Vec<Vec<u16>> = vec![Vec::new(); skeleton.len()];
-    for id in skeleton.ids().skip(1) {
-        if let Some(parent) = skeleton.joint(id).parent {
-            children[parent.index()].push(id.0);
-        }
-    }
-    let pairs = skeleton.joints().iter().zip(children);
-    let node = |(joint, children): (&sabaki::anim::Joint, Vec<u16>)| {
+    let node = |id: JointId| {
+        let joint = skeleton.joint(id);
         let place = joint.parent.map_or(root, |_| joint.offset);
         let mut node = json!({ "name": joint.name, "translation": place.to_array() });
+        let children: Vec<u16> = skeleton.children(id).map(|child| child.0).collect();
         if !children.is_empty() {
             node["children"] = json!(children);
         }
         node
     };
-    pairs.map(node).collect()
+    skeleton.ids().map(node).collect()
 }
 
 /// The binary chunk and its views and accessors.

@@ -5,6 +5,7 @@ use sabaki::anim::{JointId, JointTransform};
 use sabaki_import::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_prop};
 use sabaki_import::parse_obj;
 
+use super::super::refused::cases;
 use sabaki_fixtures::clips::small_skeleton;
 use sabaki_fixtures::random::Random;
 
@@ -26,23 +27,7 @@ fn spheres(text: &[u8]) -> Option<usize> {
 
 #[test]
 fn texts_without_a_mesh_are_refused() {
-    for text in [
-        "",
-        "v 0 0 0\n",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\n",
-        "v 0 0 0\nf 1 2 3\n",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9 -8 -7\n",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n",
-        "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n",
-        "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-        "v inf 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-        "v 1e30 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-        "v 1e5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-        "f 1 2 3\n",
-        "g\no\nf\nv\n",
-        "v 0 0 0\nv 1 0 0\nl 1 2\np 1\n",
-    ] {
+    for [text] in cases(include_str!("../refused/obj.txt")) {
         assert_eq!(spheres(text.as_bytes()), None, "{text:?}");
     }
     assert_eq!(spheres(&[0xff, 0xfe, 0, b'v', b'\n']), None);
