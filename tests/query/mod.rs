@@ -9,7 +9,7 @@ use sabaki::query::{Answer, Attack, Clearance, Query, QueryContext, Request};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::{BallThrower, TimedThrow};
 use sabaki_fixtures::clips::joints_of;
-use sabaki_fixtures::throw::{RandomDraw, Throw};
+use sabaki_fixtures::throw::Throw;
 
 mod alloc;
 mod answer;

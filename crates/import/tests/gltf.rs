@@ -5,7 +5,6 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, JointKind, Pose, Skeleton};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::joints_at;
-pub(crate) use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_fixtures::lod::random_case;
 use sabaki_fixtures::random::Random;
 use sabaki_import::gltf::{self, GltfFile};

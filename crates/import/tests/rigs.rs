@@ -208,7 +208,11 @@ fn joints_above_the_hips_come_back_as_they_were() {
         ("whole", whole, true),
     ];
     for (name, above, moves) in forms {
-        let file = written(folder.path(), &format!("{name}.bvh"), below_root(&text, above));
+        let file = written(
+            folder.path(),
+            &format!("{name}.bvh"),
+            below_root(&text, above),
+        );
         let set = read(&file);
         let stored = serde_json::to_string(&set.skeleton).unwrap();
         let skeleton: Skeleton = serde_json::from_str(&stored).unwrap();

@@ -220,7 +220,7 @@ impl Cover<'_> {
     /// covers.
     fn choose(mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<Ball> {
         let candidates = 0..self.balls.len();
-        let mut covered: Vec<Vec<usize>> = candidates.map(|ball| self.covered_by(ball)).collect();
+        let mut covered: Vec<Vec<u32>> = candidates.map(|ball| self.covered_by(ball)).collect();
         let mut chosen = self.greedy(&mut covered, ball_at);
         self.drop_needless(&covered, &mut chosen);
         self.exchange(&mut chosen);
@@ -228,16 +228,20 @@ impl Cover<'_> {
     }
 
     /// The points that a ball covers.
-    fn covered_by(&self, ball: usize) -> Vec<usize> {
-        let covers = |point: &usize| self.balls[ball].distance(self.points[*point]) <= self.allowed;
-        (0..self.points.len()).filter(covers).collect()
+    fn covered_by(&self, ball: usize) -> Vec<u32> {
+        let covers = |point: &Vec3| self.balls[ball].distance(*point) <= self.allowed;
+        let points = (0..).zip(self.points);
+        points
+            .filter(|(_, point)| covers(point))
+            .map(|(at, _)| at)
+            .collect()
     }
 
     /// Repeatedly chooses the ball that covers the most remaining points. Ties are decided for the
     /// larger ball, then for the first.
     fn greedy(
         &mut self,
-        covered: &mut Vec<Vec<usize>>,
+        covered: &mut Vec<Vec<u32>>,
         ball_at: impl Fn(usize) -> Ball,
     ) -> Vec<usize> {
         let mut is_left = vec![true; self.points.len()];
@@ -249,7 +253,7 @@ impl Cover<'_> {
             let gain = |ball: usize| {
                 covered[ball]
                     .iter()
-                    .filter(|&&point| is_left[point])
+                    .filter(|&&point| is_left[point as usize])
                     .count()
             };
             let gains: Vec<usize> = (0..covered.len()).map(gain).collect();
@@ -268,22 +272,27 @@ impl Cover<'_> {
             });
             covered[ball]
                 .iter()
-                .for_each(|&point| is_left[point] = false);
+                .for_each(|&point| is_left[point as usize] = false);
             chosen.push(ball);
         }
         chosen
     }
 
     /// Removes balls whose points later choices cover completely.
-    fn drop_needless(&self, covered: &[Vec<usize>], chosen: &mut Vec<usize>) {
+    fn drop_needless(&self, covered: &[Vec<u32>], chosen: &mut Vec<usize>) {
         let mut times = vec![0_u32; self.points.len()];
         for &ball in chosen.iter() {
-            covered[ball].iter().for_each(|&point| times[point] += 1);
+            covered[ball]
+                .iter()
+                .for_each(|&point| times[point as usize] += 1);
         }
         for at in (0..chosen.len()).rev() {
             let own = &covered[chosen[at]];
-            if chosen.len() > 1 && !own.is_empty() && own.iter().all(|&point| times[point] > 1) {
-                own.iter().for_each(|&point| times[point] -= 1);
+            if chosen.len() > 1
+                && !own.is_empty()
+                && own.iter().all(|&point| times[point as usize] > 1)
+            {
+                own.iter().for_each(|&point| times[point as usize] -= 1);
                 chosen.remove(at);
             }
         }
