@@ -3,15 +3,18 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use sabaki::anim::Pose;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    IdleReport, Outcome, PlayError, Scenario, Scenarios, Sight, SteerReport, Surroundings, idle,
+    FRAME, IdleReport, Outcome, PlayError, Scenario, Scenarios, Sight, SteerReport, Surroundings,
+    idle,
 };
 use serde_json::{Map, Value, json};
 
 use super::bake::GraphArgs;
 use super::numbers::whole;
-use super::{Done, Failure, cancel, output};
+use super::{Done, Failure, cancel, output, quality};
+use crate::measure::quality::{Quality, QualityMeter};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -26,7 +29,8 @@ pub(crate) struct Args {
     /// Number of threads; 0 for all of the machine. The result does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
-    /// Writes what characters play to a folder, as BVH at 60 Hz, a file a minute: steering, threats, idle. It then measures as usual.
+    /// Writes what characters play to a folder, as BVH at 60 Hz, a file a minute: steering, threats, idle. It then measures these minutes beside the
+    /// clips, too.
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
 }
@@ -66,6 +70,8 @@ struct Report {
     rows: Vec<Vec<Outcome>>,
     steer: SteerReport,
     idle: IdleReport,
+    /// The clips, and the recorded minutes.
+    recorded: Option<(Quality, Vec<(&'static str, Quality)>)>,
 }
 
 fn refused(error: impl Into<PlayError>) -> Failure {
@@ -78,9 +84,19 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let bar = output::progress("playing", args.threats * ROWS.len() as u64);
     let scenarios = Scenarios::new(&baked, args.seed).map_err(refused)?;
-    if let Some(folder) = &args.record {
-        scenarios.record(folder, threads).map_err(refused)?;
-    }
+    let recorded = match &args.record {
+        None => None,
+        Some(folder) => {
+            let meter = QualityMeter::new(&baked);
+            let measure = |poses: &[Pose]| meter.played(poses, FRAME);
+            let minutes = scenarios
+                .record(folder, threads, measure)
+                .map_err(refused)?;
+            let each = minutes.into_iter();
+            let played = each.map(|(name, parts)| (name, Quality::of_all(parts)));
+            Some((meter.clips(), played.collect()))
+        }
+    };
     let mut rows = Vec::new();
     for (name, scenario) in ROWS {
         let of = |index: usize| {
@@ -101,7 +117,12 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let steer = scenarios.steer(changers, threads).map_err(refused)?;
     cancel::check()?;
     let idle = idle(&baked, threads).map_err(refused)?;
-    let report = Report { rows, steer, idle };
+    let report = Report {
+        rows,
+        steer,
+        idle,
+        recorded,
+    };
     bar.finish_and_clear();
     Ok(Done::ok(match as_json {
         true => Done::json(&report.document()),
@@ -166,7 +187,7 @@ impl Report {
             let cornered = self.row(name).iter().filter(|one| one.cornered > 0);
             cornered.count()
         };
-        json!({
+        let mut document = json!({
             "threats": self.row("one").len(),
             "pops_over_5mm": pops,
             "largest_pop_mm": number(1e3 * largest),
@@ -194,7 +215,11 @@ impl Report {
             "idle_repeated": number(idle.repeated),
             "idle_drift_m": number(idle.drift),
             "idle_in_step": number(idle.in_step),
-        })
+        });
+        if let Some((clips, played)) = &self.recorded {
+            document["quality"] = quality::played_document(clips, played);
+        }
+        document
     }
 
     fn text(&self) -> String {
@@ -209,6 +234,10 @@ impl Report {
         }
         let ((pops, largest), (entered, deepest)) = (self.pops(), self.entered());
         let Self { steer, idle, .. } = self;
+        let recorded = self.recorded.as_ref();
+        let recorded = recorded.map_or(String::new(), |(clips, played)| {
+            quality::played_text(clips, played)
+        });
         format!(
             "{table}\n\
              pops over 5 mm: {pops}; the largest step of a joint within 20 microseconds is {:.2} mm\n\
@@ -216,7 +245,7 @@ impl Report {
              steering: speed off by {:.1}%; within 10 degrees of the direction after {:.2} s (median), {:.2} s (95%)\n\
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
              idle: {:.0} events an hour; {:.1}% repeats what was played within 10 s; {:.2} m from the start at most\n\
-             walls and opponents: the body entered one in {entered} attacks, by {:.1} mm at most\n",
+             walls and opponents: the body entered one in {entered} attacks, by {:.1} mm at most\n{recorded}",
             1e3 * largest,
             100.0 * self.feints_kept(),
             100.0 * steer.speed_error,

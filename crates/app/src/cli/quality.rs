@@ -2,7 +2,7 @@
 
 use crate::measure::quality::Quality;
 use sabaki_app::percentile::percentile;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::output;
 
@@ -22,6 +22,11 @@ impl Row {
         let values = (self.values)(quality);
         let all = || values.iter().copied().map(f64::from).collect();
         (!values.is_empty()).then(|| self.scale * percentile(all(), self.share))
+    }
+
+    fn cell(&self, quality: &Quality) -> String {
+        let value = self.value(quality);
+        value.map_or("-".to_owned(), |value| format!("{value:.2}"))
     }
 }
 
@@ -102,16 +107,14 @@ const ROWS: [Row; 10] = [
 pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     let mut table = output::table(&["", "clips", what, "ratio"], 1);
     for row in ROWS {
-        let of = |quality: &Quality| row.value(quality);
-        let cell = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
-        let ratio = match (of(clips), of(composed)) {
+        let ratio = match (row.value(clips), row.value(composed)) {
             (Some(clip), Some(value)) if clip > 0.0 => format!("{:.2}", value / clip),
             _ => "-".to_owned(),
         };
         table.add_row([
             row.name.to_owned(),
-            cell(of(clips)),
-            cell(of(composed)),
+            row.cell(clips),
+            row.cell(composed),
             ratio,
         ]);
     }
@@ -121,12 +124,54 @@ pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     )
 }
 
+/// The measurements of the clips beside those of what was played, each with its name.
+pub(super) fn played_text(clips: &Quality, played: &[(&'static str, Quality)]) -> String {
+    let names = played.iter().map(|(name, _)| *name);
+    let head: Vec<&str> = ["played", "clips"].into_iter().chain(names).collect();
+    let mut table = output::table(&head, 1);
+    let columns = || [clips].into_iter().chain(played.iter().map(|(_, of)| of));
+    for row in ROWS {
+        let cells = columns().map(|quality| row.cell(quality));
+        table.add_row([row.name.to_owned()].into_iter().chain(cells));
+    }
+    let above = columns().map(|quality| format!("{:.2}", 100.0 * above(clips, quality)));
+    table.add_row(
+        ["centre of mass, % above the clips' most".to_owned()]
+            .into_iter()
+            .chain(above),
+    );
+    format!("{table}\n")
+}
+
+/// Share of the accelerations of the centre of mass above the clips' largest.
+fn above(clips: &Quality, quality: &Quality) -> f64 {
+    let most = clips.pushes.iter().copied().fold(0.0, f32::max);
+    let above = quality.pushes.iter().filter(|&&push| push > most).count();
+    above as f64 / quality.pushes.len().max(1) as f64
+}
+
+/// [`played_text`] as JSON.
+pub(super) fn played_document(clips: &Quality, played: &[(&'static str, Quality)]) -> Value {
+    let columns = [("clips", clips)].into_iter();
+    let columns = columns.chain(played.iter().map(|(name, of)| (*name, of)));
+    let each = columns.map(|(name, quality)| {
+        let mut rows = rows(quality);
+        rows.insert(
+            "centre_above_clips".to_owned(),
+            json!(above(clips, quality)),
+        );
+        (name.to_owned(), Value::Object(rows))
+    });
+    Value::Object(each.collect())
+}
+
 /// The measurements as JSON.
 pub(super) fn document(clips: &Quality, composed: &Quality) -> Value {
-    let of = |quality: &Quality| {
-        let value = |row: &Row| json!(row.value(quality));
-        let rows = ROWS.iter().map(|row| (row.key.to_owned(), value(row)));
-        rows.collect::<serde_json::Map<_, _>>()
-    };
-    json!({ "clips": of(clips), "composed": of(composed) })
+    json!({ "clips": rows(clips), "composed": rows(composed) })
+}
+
+fn rows(quality: &Quality) -> Map<String, Value> {
+    let value = |row: &Row| json!(row.value(quality));
+    let rows = ROWS.iter().map(|row| (row.key.to_owned(), value(row)));
+    rows.collect()
 }

@@ -37,7 +37,7 @@ pub struct Quality {
 
 impl Quality {
     /// Several measurements, one after the other.
-    fn of_all(parts: Vec<Self>) -> Self {
+    pub fn of_all(parts: Vec<Self>) -> Self {
         let mut all = Self::default();
         for mut part in parts {
             all.velocities.append(&mut part.velocities);
@@ -115,6 +115,16 @@ impl<'a> QualityMeter<'a> {
             self.add(&samples, &mut quality);
             quality
         }))
+    }
+
+    /// Poses that were played, one each `frame` seconds.
+    pub fn played(&self, poses: &[Pose], frame: f32) -> Quality {
+        let mut quality = Quality::default();
+        let each = (self.seconds / frame).round().max(1.0) as usize;
+        let poses = poses.iter().step_by(each);
+        let samples: Vec<Sample> = poses.map(|pose| self.sample(pose, true)).collect();
+        self.add(&samples, &mut quality);
+        quality
     }
 
     /// Measures the composed parts of an answer's motion up to a time: transitions, an entry, a warp.

@@ -41,27 +41,35 @@ const HELD: f32 = 3.0;
 
 impl Scenarios {
     /// Writes ten minutes of steering, ten under threats and four of standing, a file a minute, to `steering`, `threats` and `idle` below a folder,
-    /// and the goals and balls to `goals.json` beside them.
+    /// and the goals and balls to `goals.json` beside them. Returns what `measure` finds in the poses of each minute, with the name of its folder.
     ///
     /// # Errors
     /// A graph in which nothing can be played; those of the file system.
-    pub fn record(&self, folder: &Path, threads: usize) -> Result<(), PlayError> {
+    pub fn record<T: Send>(
+        &self,
+        folder: &Path,
+        threads: usize,
+        measure: impl Fn(&[Pose]) -> T + Sync,
+    ) -> Result<Vec<(&'static str, Vec<T>)>, PlayError> {
+        let mut found = Vec::new();
         for (kind, name, count) in KINDS {
             let folder = folder.join(name);
             std::fs::create_dir_all(&folder)?;
-            let goals = in_parallel(threads, count, |index| {
+            let minutes = in_parallel(threads, count, |index| {
                 let (poses, goals) = self.recorded(kind, index as u64)?;
                 let file = format!("{name}_{index:02}.bvh");
                 write_played(&folder.join(&file), self.baked.graph(), &poses)?;
-                Ok(json!({ "file": file, "goals": goals }))
+                Ok((json!({ "file": file, "goals": goals }), measure(&poses)))
             });
-            let goals: Result<Vec<Value>, PlayError> = goals.into_iter().collect();
-            let goals = serde_json::to_string_pretty(&goals?).map_err(std::io::Error::other)?;
+            let minutes: Result<Vec<(Value, T)>, PlayError> = minutes.into_iter().collect();
+            let (goals, measured): (Vec<Value>, Vec<T>) = minutes?.into_iter().unzip();
+            found.push((name, measured));
+            let goals = serde_json::to_string_pretty(&goals).map_err(std::io::Error::other)?;
             write_atomically(&folder.join("goals.json"), |out| {
                 std::io::Write::write_all(out, goals.as_bytes())
             })?;
         }
-        Ok(())
+        Ok(found)
     }
 
     /// A minute of one character, and its goals and balls.

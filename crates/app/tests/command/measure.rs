@@ -88,6 +88,28 @@ fn an_exported_answer_is_replayed_to_the_bit() {
 }
 
 #[test]
+fn what_is_recorded_is_measured_beside_the_clips() {
+    let folder = folder();
+    let document = sabaki(&folder, "play BAKED --threats 1 --record out --json").json(0);
+    let quality = &document["quality"];
+    assert_eq!(quality["clips"]["centre_above_clips"], 0.0);
+    let most = |kind: &str| number(&quality[kind]["centre_acceleration_most"]);
+    for (kind, minutes) in [("steering", 10), ("threats", 10), ("idle", 4)] {
+        assert!(most(kind) > 0.0 && most("idle") <= most(kind), "{quality}");
+        for minute in 0..minutes {
+            let file = folder
+                .path()
+                .join(format!("out/{kind}/{kind}_{minute:02}.bvh"));
+            assert!(
+                text_of(&file).contains("Frames: 3600\n"),
+                "{}",
+                file.display()
+            );
+        }
+    }
+}
+
+#[test]
 fn compare_holds_all_paths_to_the_exact_one() {
     let folder = folder();
     let args = "compare BAKED --attacks 12";
