@@ -202,13 +202,17 @@ mod tests {
             let toe = |leg: &crate::anim::Leg| joints[leg.toe_or_foot().index()].translation;
             [pose.root].into_iter().chain(legs.map(toe)).collect()
         };
-        let mut held = 0;
+        let (mut held, mut put_down) = (0, 0);
         for frame in 0..8 {
             let at = 4.0 * frame as f32;
             let playhead = Playhead::at(graph, EdgeId(0), at, Rigid2::IDENTITY);
             let mut walk = Motion::new(graph, playhead, &[]);
             walk.extend(graph, 2.0);
-            let stances = next_stances(graph, &walk);
+            let mut stances = next_stances(graph, &walk);
+            if frame % 2 == 1 {
+                // As if this foot were in the air until then.
+                stances[1] = Some([0.3, 0.5]);
+            }
             let mut shifted = walk.clone();
             shifted.shift_on_feet(graph, by, 0.6, &stances);
             let [before, after] = [&walk, &shifted].map(|motion| toes(motion, 0.0));
@@ -220,6 +224,14 @@ mod tests {
                 assert!((before + by).distance(after) < 1e-3, "{before} {after}");
             }
             for (leg, stance) in stances.iter().enumerate().take(graph.feet().legs().len()) {
+                if let Some([down, lifted]) = stance.filter(|[down, _]| *down > 0.0) {
+                    // A foot that was put down stays where it is put until it is lifted.
+                    let mut aside = |t| toes(&shifted, t)[1 + leg] - toes(&walk, t)[1 + leg];
+                    let ways = [down + 0.05, lifted - 0.05].map(&mut aside);
+                    assert!(ways[0].distance(ways[1]) < 0.02, "{leg}: {ways:?}");
+                    assert!(ways[0].length() < by.length(), "{leg}: {ways:?}");
+                    put_down += 1;
+                }
                 let Some([0.0, until]) = stance.filter(|stance| stance[1] > 0.1) else {
                     continue;
                 };
@@ -232,6 +244,6 @@ mod tests {
                 held += 1;
             }
         }
-        assert!(held > 0 || graph.feet().legs().is_empty());
+        assert!(held > 0 && put_down > 0);
     }
 }
