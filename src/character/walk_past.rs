@@ -86,15 +86,9 @@ fn shifted(
         return None;
     }
     let until = contact.max(STRETCH * seconds).min(walk.duration());
-    let push_off = test.world.settings.query.push_off;
-    let limit = match push_off {
-        0.0 => f32::INFINITY,
-        _ => {
-            let body = scratch.context.body();
-            let anyway = body.push(baked, walk, contact, f32::INFINITY);
-            anyway.max(push_off * baked.push_limit())
-        }
-    };
+    let allowed = test.world.settings.query.allowed_push(baked);
+    let body = scratch.context.body();
+    let limit = allowed.max(body.push(baked, walk, contact, f32::INFINITY));
     let stances = next_stances(baked.graph(), walk);
     let apart = NEARER * legs_apart(baked.graph(), walk, until, &mut scratch.pose);
     for length in LENGTHS {

@@ -91,14 +91,6 @@ impl Round<'_> {
         }
     }
 
-    /// How hard the body may push as the settings say, in metres per second squared.
-    fn allowed_push(self) -> f32 {
-        match self.query.settings.push_off {
-            0.0 => f32::INFINITY,
-            multiple => multiple * self.query.baked.push_limit(),
-        }
-    }
-
     /// Whether V without V_d is a lower bound of the score. It is not if a negative weight rewards distance.
     fn is_bounded(self) -> bool {
         let is_lazy = self.state.request.evaluation == Evaluation::Lazy;
@@ -565,7 +557,7 @@ impl Evaluator {
         }
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
-        let mut limit = round.allowed_push();
+        let mut limit = round.query.settings.allowed_push(baked);
         let mut found = self.workers.body().push(baked, motion, end, limit);
         if found > limit {
             limit = self.push_limit(round);
@@ -596,7 +588,7 @@ impl Evaluator {
             natural.extend(baked.graph(), end);
             let body = self.workers.body();
             let found = body.push(baked, natural, end, f32::INFINITY);
-            self.push_limit = found.max(round.allowed_push());
+            self.push_limit = found.max(round.query.settings.allowed_push(baked));
         }
         self.push_limit
     }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::anim::Rig;
+use crate::maps::BakedGraph;
 
 /// Settings of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,8 +40,6 @@ pub struct QuerySettings {
     pub warp: WarpSettings,
     /// How hard the body may push off in an answer, as a multiple of what it does in the clips ([`BakedGraph::push_limit`]); 0 for no
     /// limit. Default 1. A motion that pushes harder is chosen only if all do, or if the body does so anyway when it goes on as it is.
-    ///
-    /// [`BakedGraph::push_limit`]: crate::maps::BakedGraph::push_limit
     pub push_off: f32,
 }
 
@@ -80,6 +79,14 @@ pub struct QuerySettingsError {
 impl QuerySettings {
     /// Upper limit of the settings that count candidates or paths.
     pub const MOST_CANDIDATES: usize = 1 << 16;
+
+    /// How hard the body may push off, in metres per second squared.
+    pub(crate) fn allowed_push(&self, baked: &BakedGraph) -> f32 {
+        match self.push_off {
+            0.0 => f32::INFINITY,
+            multiple => multiple * baked.push_limit(),
+        }
+    }
 
     /// Checks that every setting is in range.
     ///

@@ -7,6 +7,7 @@ use meshopt::{encode_filter_quat, encode_index_buffer, encode_vertex_buffer};
 use sabaki::anim::{Clip, JointId, JointTransform, Pose, Skeleton};
 use sabaki::maps::{Body, BodySphere};
 use sabaki_fixtures::clips::{joints_at, most_apart};
+use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_import::fit::{FitSettings, Mesh, fit_prop};
 use sabaki_import::gltf::{GltfError, GltfFile, SkinVertex, SkinnedMesh};
 use sabaki_import::{
@@ -14,7 +15,7 @@ use sabaki_import::{
 };
 use serde_json::{Value, json};
 
-use super::common::{append, bytes_of, floats_of, glb, glb_parts, place_of, refusal, written};
+use super::common::{append, bytes_of, floats_of, place_of, refusal, written};
 
 /// Number of vertices of `mesh_vcol.glb`.
 const COUNT: usize = 368;

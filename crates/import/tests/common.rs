@@ -48,27 +48,6 @@ pub(crate) fn written(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> Pat
     path
 }
 
-/// The document and the binary part of a GLB file.
-pub(crate) fn glb_parts(bytes: &[u8]) -> (Value, Vec<u8>) {
-    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let json = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
-    (json, bytes[28 + length..].to_vec())
-}
-
-/// A GLB file of a document and a binary part.
-pub(crate) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut json = document.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut bytes = b"glTF\x02\0\0\0".to_vec();
-    bytes.extend((28 + json.len() as u32 + binary.len() as u32).to_le_bytes());
-    for (kind, part) in [(b"JSON", json.as_slice()), (b"BIN\0", binary)] {
-        bytes.extend((part.len() as u32).to_le_bytes());
-        bytes.extend(kind);
-        bytes.extend(part);
-    }
-    bytes
-}
-
 pub(crate) fn floats_of(bytes: &[u8]) -> Vec<f32> {
     let words = bytes.as_chunks::<4>().0.iter();
     words.map(|word| f32::from_le_bytes(*word)).collect()

@@ -1,10 +1,11 @@
 //! A damaged or malicious glTF file is an error that names the position, and never a crash.
 
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_import::gltf::{self, GltfFile};
 use serde_json::{Value, json};
 
-use super::common::{bytes_of, glb, glb_parts, place_of, refusal};
+use super::common::{bytes_of, place_of, refusal};
 use super::refused::cases;
 
 fn valid() -> Vec<u8> {

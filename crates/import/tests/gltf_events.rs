@@ -9,13 +9,14 @@ use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
+use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
 use sabaki_import::{
     ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips,
 };
 
-use super::common::{glb, glb_parts, refusal, write_glb, written};
+use super::common::{refusal, write_glb, written};
 
 fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
     read_clips(&[path.to_owned()], events, &ReadOptions::default())

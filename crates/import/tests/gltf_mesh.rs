@@ -4,11 +4,12 @@ use glam::Vec3;
 use sabaki::anim::JointId;
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_import::gltf::{self, GltfError, GltfFile, SkinnedMesh};
 use sabaki_import::read_mesh;
 use serde_json::{Value, json};
 
-use super::common::{glb, glb_parts, refusal};
+use super::common::refusal;
 
 fn parse(bytes: &[u8]) -> Result<SkinnedMesh, GltfError> {
     SkinnedMesh::parse(bytes, |file| panic!("{} is not asked for", file.display()))

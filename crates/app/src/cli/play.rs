@@ -71,7 +71,7 @@ struct Report {
     steer: SteerReport,
     idle: IdleReport,
     /// The clips, and the recorded minutes.
-    recorded: Option<(Quality, Vec<(&'static str, Quality)>)>,
+    recorded: Option<Vec<(&'static str, Quality)>>,
 }
 
 fn refused(error: impl Into<PlayError>) -> Failure {
@@ -94,7 +94,12 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
                 .map_err(refused)?;
             let each = minutes.into_iter();
             let played = each.map(|(name, parts)| (name, Quality::of_all(parts)));
-            Some((meter.clips(), played.collect()))
+            Some(
+                [("clips", meter.clips())]
+                    .into_iter()
+                    .chain(played)
+                    .collect(),
+            )
         }
     };
     let mut rows = Vec::new();
@@ -216,8 +221,8 @@ impl Report {
             "idle_drift_m": number(idle.drift),
             "idle_in_step": number(idle.in_step),
         });
-        if let Some((clips, played)) = &self.recorded {
-            document["quality"] = quality::played_document(clips, played);
+        if let Some(columns) = &self.recorded {
+            document["quality"] = quality::columns_document(columns);
         }
         document
     }
@@ -235,9 +240,7 @@ impl Report {
         let ((pops, largest), (entered, deepest)) = (self.pops(), self.entered());
         let Self { steer, idle, .. } = self;
         let recorded = self.recorded.as_ref();
-        let recorded = recorded.map_or(String::new(), |(clips, played)| {
-            quality::played_text(clips, played)
-        });
+        let recorded = recorded.map_or(String::new(), |columns| quality::columns_text(columns));
         format!(
             "{table}\n\
              pops over 5 mm: {pops}; the largest step of a joint within 20 microseconds is {:.2} mm\n\

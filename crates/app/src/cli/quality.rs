@@ -124,22 +124,19 @@ pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     )
 }
 
-/// The measurements of the clips beside those of what was played, each with its name.
-pub(super) fn played_text(clips: &Quality, played: &[(&'static str, Quality)]) -> String {
-    let names = played.iter().map(|(name, _)| *name);
-    let head: Vec<&str> = ["played", "clips"].into_iter().chain(names).collect();
+/// The measurements of several columns, the clips' first, each with its name.
+pub(super) fn columns_text(columns: &[(&'static str, Quality)]) -> String {
+    let names = columns.iter().map(|(name, _)| *name);
+    let head: Vec<&str> = ["played"].into_iter().chain(names).collect();
     let mut table = output::table(&head, 1);
-    let columns = || [clips].into_iter().chain(played.iter().map(|(_, of)| of));
     for row in ROWS {
-        let cells = columns().map(|quality| row.cell(quality));
+        let cells = columns.iter().map(|(_, quality)| row.cell(quality));
         table.add_row([row.name.to_owned()].into_iter().chain(cells));
     }
-    let above = columns().map(|quality| format!("{:.2}", 100.0 * above(clips, quality)));
-    table.add_row(
-        ["centre of mass, % above the clips' most".to_owned()]
-            .into_iter()
-            .chain(above),
-    );
+    let name = "centre of mass, % above the clips' most";
+    let cell = |(_, quality): &_| format!("{:.2}", 100.0 * above(&columns[0].1, quality));
+    let cells = columns.iter().map(cell);
+    table.add_row([name.to_owned()].into_iter().chain(cells));
     format!("{table}\n")
 }
 
@@ -150,17 +147,13 @@ fn above(clips: &Quality, quality: &Quality) -> f64 {
     above as f64 / quality.pushes.len().max(1) as f64
 }
 
-/// [`played_text`] as JSON.
-pub(super) fn played_document(clips: &Quality, played: &[(&'static str, Quality)]) -> Value {
-    let columns = [("clips", clips)].into_iter();
-    let columns = columns.chain(played.iter().map(|(name, of)| (*name, of)));
-    let each = columns.map(|(name, quality)| {
+/// [`columns_text`] as JSON.
+pub(super) fn columns_document(columns: &[(&'static str, Quality)]) -> Value {
+    let each = columns.iter().map(|(name, quality)| {
         let mut rows = rows(quality);
-        rows.insert(
-            "centre_above_clips".to_owned(),
-            json!(above(clips, quality)),
-        );
-        (name.to_owned(), Value::Object(rows))
+        let above = json!(above(&columns[0].1, quality));
+        rows.insert("centre_above_clips".to_owned(), above);
+        ((*name).to_owned(), Value::Object(rows))
     });
     Value::Object(each.collect())
 }
