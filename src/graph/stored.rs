@@ -51,15 +51,20 @@ impl MotionGraph {
             [] => Vec::new(),
             leads => from_bytes(leads)?,
         };
+        // Lists grow as they are read, to up to twice their length.
+        let (mut edges, mut feet) = (edges?, feet?);
+        edges.shrink_to_fit();
+        feet.blends.shrink_to_fit();
+        feet.root_drops.shrink_to_fit();
         Ok(Self {
             skeleton,
             frame_rate,
             clips: clips?,
             events,
             nodes,
-            edges: edges?,
+            edges,
             first_edge,
-            feet: feet?,
+            feet,
             leads,
             rig: KnownRig::default(),
         })

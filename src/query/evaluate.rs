@@ -193,7 +193,7 @@ impl Round<'_> {
                     false => Sampling::Each,
                 };
                 let entry = &state.candidates.entries[entry as usize];
-                (entry.played_track(baked), sampling)
+                (Some(entry.played_track(baked)), sampling)
             }
             CandidateKind::Move(_) | CandidateKind::Layer(_) => (None, Sampling::CoarseFirst),
         };
@@ -712,7 +712,7 @@ impl Evaluator {
             ..Extent::WHOLE
         };
         let mut loose = order.iter().copied().peekable();
-        loop {
+        while !self.workers.body().is_late() {
             let enough = depths.get(count - 1).copied();
             let enough = enough.unwrap_or(f32::NEG_INFINITY).max(round.useful()) - NEAR_TIE;
             let best = tight.last().map_or(f32::NEG_INFINITY, |bound| bound.value);
@@ -768,7 +768,7 @@ impl Evaluator {
         let deepest = warp.deepest + round.state.request.margin;
         let mut found = 0;
         for &Bound { value, index } in order.iter().take(MOST) {
-            if found == count || -value > deepest {
+            if found == count || -value > deepest || self.workers.body().is_late() {
                 break;
             }
             let Some(before) = self.evaluated[index] else {

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec3;
-use sabaki::maps::{BodyTrack, CellColumn, NodePath, TouchedCells};
+use sabaki::maps::{CellColumn, NodePath, TouchedCells};
 use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
@@ -42,7 +42,9 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
     for node in nodes(baked, 101) {
         for path in baked.paths().from_node(node).iter().step_by(53) {
             let evasion = baked.evasions()[path.goal as usize];
-            let end = (baked.graph().seconds(evasion.edge) * BodyTrack::RATE).round() as usize;
+            let track = baked.track(path.goal as usize);
+            let seconds = baked.graph().seconds(evasion.edge);
+            let [start, end] = [0.0, seconds].map(|seconds| track.nearest_tick(seconds));
             for (x, z, bit) in cells_of(baked.grid().cells(path)) {
                 let column = CellColumn {
                     x,
@@ -50,7 +52,10 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
                     heights: 1 << bit,
                 };
                 let middle = column.middle(cell);
-                assert!(depth(path, 0, middle) > -slack, "nobody was in {column:?}");
+                assert!(
+                    depth(path, start, middle) > -slack,
+                    "nobody was in {column:?}"
+                );
                 assert!(depth(path, end, middle) < slack, "{column:?} is occupied");
                 filed_cells += 1;
             }

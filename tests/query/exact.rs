@@ -20,7 +20,7 @@ fn keys(rng: &mut impl Rng, evasion: &PlayedTrack<'_>) -> Vec<SphereKey> {
     let seconds = evasion.track.seconds();
     let count = rng.random_range(1..5);
     let grows = rng.random_range(0..3) == 0;
-    let mut t = evasion.origin + rng.random_range(0.0..0.3) * seconds;
+    let mut t = evasion.seconds.0 + rng.random_range(0.0..0.3) * seconds;
     let mut radius = rng.random_range(0.02..0.2);
     let key = |_| {
         let mut place = || rng.random_range(-1.5..1.5f32);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, EdgesInto, Entry, Motion, MotionGraph, NodeId, Playhead};
-use crate::maps::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
+use crate::maps::entries::{EntryReport, EntryTable, KnownEntry, Stance, TargetStances};
 use crate::maps::grid::{Grid, GridCells, PathTable, Retimable};
 use crate::maps::regions::{
     AttackMove, Body, BodyRows, BodySphere, BodyTrack, BoundingCylinder, ClipCylinders, Evasion,
@@ -46,7 +46,7 @@ pub(super) struct Derived {
     pub(super) body_rows: BodyRows,
     pub(super) grid: GridCells,
     pub(super) tracks: EvasionTracks,
-    pub(super) entry_tracks: EntryTracks,
+    pub(super) stances: TargetStances,
     /// Number of texels of each region's evasion maps, by slab.
     pub(super) evasion_texels: Vec<Vec<u32>>,
     /// Minimum number of frames from each node to an evasion's start, at rate 1.
@@ -148,7 +148,7 @@ impl BakedGraph {
         }
     }
 
-    /// Body spheres during and after an evasion, by its index in [`BakedGraph::evasions`].
+    /// Body spheres before, during and after an evasion, by its index in [`BakedGraph::evasions`].
     #[must_use]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
         let tracks = &self.derived.tracks;
@@ -197,7 +197,7 @@ impl BakedGraph {
         known.iter().map(move |known| {
             let index = usize::from(known.target);
             let target = self.entries.exits().targets()[index];
-            let to = &self.derived.entry_tracks.exit_stances[index];
+            let to = &self.derived.stances.exits[index];
             Entry {
                 edge: target.edge,
                 frame: target.edge_frame as f32,
@@ -239,40 +239,18 @@ impl BakedGraph {
         &self.entries
     }
 
-    /// Body spheres from the first frame at which an evasion can be entered, or `None` if it cannot be entered.
-    #[must_use]
-    pub(crate) fn entry_track(&self, evasion: usize) -> Option<&EntryTrack> {
-        let slot = self.derived.entry_tracks.tracks.get(evasion)?;
-        let make = || {
-            let index = self.entries.first_target(evasion)?;
-            let (first, placement) = (
-                &self.entries.targets()[index],
-                self.entry_stance(index).placement,
-            );
-            let evasion = &self.evasions[evasion];
-            Some(EntryTrack::new(
-                &self.graph,
-                &self.body,
-                evasion,
-                first,
-                placement,
-            ))
-        };
-        slot.get_or_init(make).as_ref()
-    }
-
     /// Stance of a body, for [`Stance::align`].
     #[must_use]
     pub(crate) fn stance(&self, joints: &[JointTransform]) -> Stance {
         let found = || Facing::of(self.graph.skeleton());
-        let facing = self.derived.entry_tracks.facing.unwrap_or_else(found);
+        let facing = self.derived.stances.facing.unwrap_or_else(found);
         Stance::from_joints(&self.graph, facing, joints)
     }
 
     /// Stance at an entry's target, in the space of its clip.
     #[must_use]
     pub(crate) fn entry_stance(&self, target: usize) -> &Stance {
-        &self.derived.entry_tracks.stances[target]
+        &self.derived.stances.entries[target]
     }
 
     /// Evasion that plays on an edge, or `None` if the edge is not an evasion.
@@ -358,7 +336,7 @@ impl BakedGraph {
         let _span = tracing::trace_span!("bake: prepare evasions").entered();
         let _ = self.graph.rig();
         in_parallel(0, self.evasions.len(), |evasion| {
-            let _ = (self.track(evasion), self.entry_track(evasion));
+            let _ = self.track(evasion);
         });
         self.paths.prepare();
         self.grid().prepare();

@@ -4,10 +4,10 @@ use super::baked_graph::{BakedGraph, Derived};
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::stored::{from_bytes, to_bytes};
 use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::entries::{EntryTable, EntryTracks};
+use crate::maps::entries::{EntryTable, Stance, TargetStances};
 use crate::maps::grid::{GridCells, PathTable};
 use crate::maps::regions::{
-    BodyRows, BodyTrack, ClipCylinders, Evasion, EvasionTracks, RegionAtlas, RegionMaps,
+    BodyRows, ClipCylinders, Evasion, EvasionTracks, RegionAtlas, RegionMaps,
 };
 use crate::math::Rigid2;
 use crate::math::parallel::both;
@@ -188,15 +188,16 @@ impl BakedGraph {
     /// untrusted data before any allocation.
     pub(super) fn derived_bytes(&self) -> u64 {
         let of = |count: usize, bytes: usize| count as u64 * bytes as u64;
-        let tracks = self.evasions.iter().map(|evasion| {
-            let seconds = EvasionTracks::seconds(&self.graph, evasion);
-            let ticks = (seconds * BodyTrack::RATE) as usize + 2;
-            of(ticks, BodyTrack::tick_bytes(&self.body))
+        let tracks = self.evasions.iter().enumerate().map(|(index, evasion)| {
+            let frames = self.lead_in(index).map_or(0, |(_, _, frames)| frames);
+            let lead_in = (f64::from(frames) / self.graph.frame_rate()) as f32;
+            EvasionTracks::bytes(&self.graph, &self.body, evasion, lead_in)
         });
         let slices = self.atlas.regions().len() * self.atlas.grid().slices as usize;
         let spheres = self.body.spheres.len() + self.body.props.len();
+        let stances = self.entries.targets().len() + self.entries.exits().targets().len();
         tracks.sum::<u64>()
-            + EntryTracks::bytes(&self.graph, &self.body, &self.evasions, &self.entries)
+            + of(stances, size_of::<Stance>())
             + of(
                 slices + self.graph.nodes().len() + self.graph.edges().len(),
                 64,
@@ -204,8 +205,17 @@ impl BakedGraph {
             + of(spheres, 128)
     }
 
+    /// First frame of an evasion's clip at which it can be entered: the edge that plays the frame, its frame on the edge, and the number of
+    /// frames until the evasion starts; `None` if it cannot be entered.
+    fn lead_in(&self, evasion: usize) -> Option<(EdgeId, u32, u32)> {
+        let target = self.entries.first_target(evasion)?;
+        let start = self.graph.edge(self.evasions[evasion].edge).from;
+        let frames = self.graph.node(start).frame.saturating_sub(target.frame);
+        Some((target.edge, target.edge_frame, frames))
+    }
+
     /// Computes the tables that do not depend on the paths.
-    pub(super) fn tables(&self) -> (BodyRows, GridCells, EntryTracks) {
+    pub(super) fn tables(&self) -> (BodyRows, GridCells, TargetStances) {
         let _span = tracing::trace_span!("bake: derive tables").entered();
         // Computed here, so that the first query need not compute them.
         let _ = self.atlas.coarse();
@@ -217,15 +227,16 @@ impl BakedGraph {
                 self.graph.feet().legs(),
             ),
             GridCells::new(self.grid_cell, reach, evasions),
-            EntryTracks::new(&self.graph, evasions, &self.entries),
+            TargetStances::new(&self.graph, &self.entries),
         )
     }
 
     /// Sets the tables, and allocates the slots of data that is computed on first use.
-    pub(super) fn with_tables(mut self, tables: (BodyRows, GridCells, EntryTracks)) -> Self {
+    pub(super) fn with_tables(mut self, tables: (BodyRows, GridCells, TargetStances)) -> Self {
         let derived = &mut self.derived;
-        (derived.body_rows, derived.grid, derived.entry_tracks) = tables;
-        derived.tracks = EvasionTracks::new(self.evasions.len());
+        (derived.body_rows, derived.grid, derived.stances) = tables;
+        self.derived.tracks =
+            EvasionTracks::new(&self.graph, &self.evasions, |evasion| self.lead_in(evasion));
         self.derive_from_maps();
         if self.evasions.len() <= Self::PREPARED_EVASIONS {
             self.prepare();

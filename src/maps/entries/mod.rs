@@ -12,15 +12,15 @@ mod layers;
 mod limits;
 mod report;
 mod stance;
+mod stances;
 mod table;
 mod targets;
 #[cfg(test)]
 mod tests;
-mod tracks;
 
 pub use find::{EntryShare, MomentShare};
 pub(crate) use limits::head;
 pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
+pub(super) use stances::TargetStances;
 pub(crate) use table::{EntryTable, KnownEntry};
-pub(super) use tracks::{EntryTrack, EntryTracks};

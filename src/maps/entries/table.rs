@@ -126,11 +126,13 @@ impl EntryTable {
         &self.targets
     }
 
-    /// Index of an evasion's first target, or `None` if it cannot be entered.
-    pub(crate) fn first_target(&self, evasion: usize) -> Option<usize> {
+    /// An evasion's first target, or `None` if it cannot be entered.
+    pub(crate) fn first_target(&self, evasion: usize) -> Option<&EntryTarget> {
         let of = |target: &EntryTarget| usize::from(target.evasion);
         let first = self.targets.partition_point(|target| of(target) < evasion);
-        (self.targets.get(first).map(of) == Some(evasion)).then_some(first)
+        self.targets
+            .get(first)
+            .filter(|&target| of(target) == evasion)
     }
 
     /// Whether the table is empty.

@@ -14,7 +14,7 @@ use super::cells::CellColumn;
 use super::paths::NodePath;
 use super::vacated::{HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
 use crate::graph::MotionGraph;
-use crate::maps::regions::{Body, BodyTrack, Evasion, EvasionTracks};
+use crate::maps::regions::{Body, Evasion, EvasionTracks};
 use crate::math::{Sphere, floor, in_parallel};
 
 /// Cells of a path: the kind of its evasion's cells, and an offset in cells.
@@ -112,8 +112,8 @@ impl<'a> Grid<'a> {
                 .tracks
                 .get(self.graph, self.body, self.evasions, evasion);
             let seconds = self.graph.seconds(self.evasions[evasion].edge);
-            let end = (seconds * BodyTrack::RATE).round() as usize;
-            let [first, last] = [0, end].map(|sample| -> Vec<Sphere> {
+            let ends = [0.0, seconds].map(|seconds| track.nearest_tick(seconds));
+            let [first, last] = ends.map(|sample| -> Vec<Sphere> {
                 let own = self.body.spheres.iter().enumerate();
                 own.map(|(index, own)| Sphere::new(track.centre(sample, index), own.radius))
                     .collect()

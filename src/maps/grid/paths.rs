@@ -269,7 +269,7 @@ impl PathTable {
     const STEP: usize = 32;
 
     /// Number of nodes between two whose paths are kept. Most paths continue along their clip, whose next node has the next number.
-    const KEPT: usize = 8;
+    const KEPT: usize = 16;
 
     /// Number of paths that are restored together.
     const TOGETHER: usize = 16;

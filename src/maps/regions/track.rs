@@ -1,7 +1,8 @@
-//! The body's spheres during and after an evasion.
+//! The body's spheres before, during and after an evasion.
 //!
 //! The motion from an evasion's start on is the same in every query: the evasion itself, then the
-//! default continuation. It is sampled once, when a graph is baked or loaded.
+//! default continuation. Before it come the frames at which the evasion can be entered early. All
+//! is sampled once, when a graph is baked or loaded.
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -12,15 +13,18 @@ use super::body::Body;
 use super::body_rows::BodyRows;
 use super::events::Evasion;
 use crate::anim::{Pose, forward_kinematics};
-use crate::graph::{Motion, MotionGraph, Playhead};
+use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use crate::math::Sphere;
 
 /// Centres of the body's spheres, sampled [`BodyTrack::RATE`] times per second, in the character's
-/// frame at the start (root on the ground, facing +Z). Time 0 is the first sample.
+/// frame at time 0 (root on the ground, facing +Z). An evasion's track has its lead-in before
+/// time 0, which is the evasion's start.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyTrack {
     spheres: usize,
     ticks: usize,
+    /// Number of samples before time 0.
+    lead_in: usize,
     /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
     rows: Vec<f32>,
     /// Bounding spheres of each interval.
@@ -43,12 +47,29 @@ impl BodyTrack {
     /// the world of the playhead.
     #[must_use]
     pub fn along(graph: &MotionGraph, body: &Body, playhead: Playhead, seconds: f32) -> Self {
-        let ticks = (seconds * Self::RATE).ceil() as usize + 1;
-        let mut motion = Motion::new(graph, playhead, &[]);
-        motion.extend(graph, ticks as f32 / Self::RATE);
+        Self::with_lead_in(graph, body, (playhead, 0), playhead, seconds)
+    }
+
+    /// [`BodyTrack::along`] after a lead-in: another playhead in the same world, so many samples before.
+    fn with_lead_in(
+        graph: &MotionGraph,
+        body: &Body,
+        (before, lead_in): (Playhead, usize),
+        playhead: Playhead,
+        seconds: f32,
+    ) -> Self {
+        let motion_of = |playhead: Playhead, ticks: usize| {
+            let mut motion = Motion::new(graph, playhead, &[]);
+            motion.extend(graph, ticks as f32 / Self::RATE);
+            motion
+        };
+        let after = (seconds * Self::RATE).ceil() as usize + 1;
+        let motions = [motion_of(before, lead_in), motion_of(playhead, after)];
+        let ticks = lead_in + after;
         let mut track = Self {
             spheres: body.spheres.len(),
             ticks,
+            lead_in,
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
             bounds: BoundingSpheres::default(),
         };
@@ -56,6 +77,10 @@ impl BodyTrack {
         let mut bounds = Vec::with_capacity(ticks);
         let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
         for tick in 0..ticks {
+            let (motion, tick) = match tick.checked_sub(lead_in) {
+                None => (&motions[0], tick),
+                Some(after) => (&motions[1], after),
+            };
             motion.sample(graph, tick as f32 / Self::RATE, &mut pose);
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
             body_rows.push(&joints, &mut track.rows);
@@ -122,10 +147,23 @@ impl BodyTrack {
         self.ticks
     }
 
-    /// Time from the first sample to the last, in seconds.
+    /// Time of the last sample, in seconds.
     #[must_use]
     pub fn seconds(&self) -> f32 {
-        self.ticks().saturating_sub(1) as f32 / Self::RATE
+        self.ticks.saturating_sub(1 + self.lead_in) as f32 / Self::RATE
+    }
+
+    /// Time from the first sample to time 0, in seconds.
+    #[must_use]
+    pub fn lead_in(&self) -> f32 {
+        self.lead_in as f32 / Self::RATE
+    }
+
+    /// The sample nearest to a time, within the track.
+    #[must_use]
+    pub fn nearest_tick(&self, seconds: f32) -> usize {
+        let tick = ((seconds + self.lead_in()) * Self::RATE).round().max(0.0) as usize;
+        tick.min(self.ticks.saturating_sub(1))
     }
 
     /// Rows of x, y and z of all spheres at one sample, padded.
@@ -146,19 +184,66 @@ impl BodyTrack {
 
 /// Body tracks of all evasions, each sampled on first use.
 #[derive(Clone, Debug, Default)]
-pub(in crate::maps) struct EvasionTracks(Vec<OnceLock<BodyTrack>>);
+pub(in crate::maps) struct EvasionTracks(Vec<EvasionTrack>);
+
+#[derive(Clone, Debug)]
+struct EvasionTrack {
+    /// Start of the lead-in, in the evasion's frame, and its number of samples.
+    lead_in: (Playhead, usize),
+    track: OnceLock<BodyTrack>,
+}
 
 impl EvasionTracks {
-    /// Minimum duration of a track, in seconds.
-    pub(in crate::maps) const SECONDS: f32 = 1.5;
+    /// Minimum duration of a track after the evasion's start and after its end, in seconds.
+    const SECONDS: (f32, f32) = (1.0, 0.3);
 
-    pub(in crate::maps) fn new(evasions: usize) -> Self {
-        Self((0..evasions).map(|_| OnceLock::new()).collect())
+    /// `first` returns the first frame of an evasion's clip at which it can be entered: the edge that plays the frame, its frame on the edge,
+    /// and the number of frames until the evasion starts.
+    pub(in crate::maps) fn new(
+        graph: &MotionGraph,
+        evasions: &[Evasion],
+        first: impl Fn(usize) -> Option<(EdgeId, u32, u32)>,
+    ) -> Self {
+        let slot = |(index, evasion): (usize, &Evasion)| {
+            let start = evasion.playhead();
+            let lead_in = first(index).map(|(edge, edge_frame, frames)| {
+                let rate = (graph.frame_rate() / f64::from(BodyTrack::RATE)) as f32;
+                let ticks = (frames as f32 / rate) as usize;
+                // The first sample is less than a sample after the frame.
+                let later = frames as f32 - ticks as f32 * rate;
+                let frame = edge_frame as f32 + later;
+                (
+                    Playhead {
+                        edge,
+                        frame,
+                        ..start
+                    },
+                    ticks,
+                )
+            });
+            EvasionTrack {
+                lead_in: lead_in.unwrap_or((start, 0)),
+                track: OnceLock::new(),
+            }
+        };
+        Self(evasions.iter().enumerate().map(slot).collect())
     }
 
-    /// Duration of an evasion's track, in seconds.
-    pub(in crate::maps) fn seconds(graph: &MotionGraph, evasion: &Evasion) -> f32 {
-        graph.seconds(evasion.edge).max(Self::SECONDS)
+    /// Duration of an evasion's track after its start, in seconds.
+    fn seconds(graph: &MotionGraph, evasion: &Evasion) -> f32 {
+        (graph.seconds(evasion.edge) + Self::SECONDS.1).max(Self::SECONDS.0)
+    }
+
+    /// Estimated memory of an evasion's track with a lead-in of so many seconds, in bytes.
+    pub(in crate::maps) fn bytes(
+        graph: &MotionGraph,
+        body: &Body,
+        evasion: &Evasion,
+        lead_in: f32,
+    ) -> u64 {
+        let seconds = lead_in + Self::seconds(graph, evasion);
+        let ticks = (seconds * BodyTrack::RATE) as u64 + 2;
+        ticks * BodyTrack::tick_bytes(body) as u64
     }
 
     /// The track of an evasion, by its index.
@@ -169,10 +254,11 @@ impl EvasionTracks {
         evasions: &[Evasion],
         index: usize,
     ) -> &BodyTrack {
-        self.0[index].get_or_init(|| {
+        let slot = &self.0[index];
+        slot.track.get_or_init(|| {
             let evasion = &evasions[index];
             let seconds = Self::seconds(graph, evasion);
-            BodyTrack::along(graph, body, evasion.playhead(), seconds)
+            BodyTrack::with_lead_in(graph, body, slot.lead_in, evasion.playhead(), seconds)
         })
     }
 }

@@ -67,7 +67,7 @@ impl<'a> PlayedTrack<'a> {
         Self {
             track,
             placement,
-            origin: start,
+            origin: start - track.lead_in(),
             rate: 1.0,
             seconds: (start, start + track.seconds()),
         }

@@ -360,7 +360,7 @@ mod tests {
                 center: way.point(Vec3::new(aside, height, z)),
                 radius: 0.1,
             };
-            let attack = Attack::new(vec![vec![key(0.1, 4.0), key(1.1, -4.0)]]).unwrap();
+            let attack = Attack::new(vec![vec![key(0.1, 3.5), key(0.95, -3.3)]]).unwrap();
             let whole = ExactTest::new(baked, &attack);
             let naive = whole.on_motion(&motion, &mut body);
             // Beyond `below` it is only known that the body is further.

@@ -305,7 +305,7 @@ mod tests {
             };
             let on_track = near.on_track(&part);
             if let Some(hit) = on_track {
-                let tick = ((hit.time - 0.4) * BodyTrack::RATE).round() as usize;
+                let tick = track.nearest_tick(hit.time - 0.4);
                 let harm = harm(hit, place.point(track.centre(tick, hit.sphere)));
                 assert!((harm - hit.harm).abs() < 1e-4, "{harm} {hit:?}");
             }

@@ -46,8 +46,8 @@ pub(in crate::query) struct EntryCandidate {
     pub entry: Entry,
     /// Index in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions).
     pub evasion: usize,
-    /// Time from the start of the evasion's track to the entered frame at rate 1, in seconds.
-    pub ahead: f32,
+    /// Time from the evasion's start to the entered frame at rate 1, in seconds.
+    pub now: f32,
     /// Transform from the track's frame to the world.
     pub placement: Rigid2,
     /// Time from the entered frame to the evasion's end at rate 1, in seconds.
@@ -55,26 +55,22 @@ pub(in crate::query) struct EntryCandidate {
 }
 
 impl EntryCandidate {
-    /// The evasion on its baked track, from the end of the blend to the end of the track, or of the evasion if its rate is not 1. `None` if there
-    /// is no track.
-    pub(in crate::query) fn played_track<'a>(
-        &self,
-        baked: &'a BakedGraph,
-    ) -> Option<PlayedTrack<'a>> {
-        let track = &baked.entry_track(self.evasion)?.track;
+    /// The evasion on its baked track, from the end of the blend to the end of the track, or of the evasion if its rate is not 1.
+    pub(in crate::query) fn played_track<'a>(&self, baked: &'a BakedGraph) -> PlayedTrack<'a> {
+        let track = baked.track(self.evasion);
         let rate = self.entry.rate;
         let last = match rate {
-            1.0 => track.seconds() - self.ahead,
+            1.0 => track.seconds() - self.now,
             // The rate applies until the evasion's end.
             _ => self.left / rate,
         };
-        Some(PlayedTrack {
+        PlayedTrack {
             track,
             placement: self.placement,
-            origin: self.delay - self.ahead / rate,
+            origin: self.delay - (self.now + track.lead_in()) / rate,
             rate,
             seconds: (self.delay + self.entry.blend, self.delay + last),
-        })
+        }
     }
 }
 

@@ -118,12 +118,9 @@ fn add_rates(
 ) {
     let (baked, uses) = (query.baked, &query.settings.entries);
     let entered = EnteredEvasion::new(baked, known);
-    let Some(track) = baked.entry_track(entered.evasion) else {
-        return;
-    };
     let align = stance.align(baked.entry_stance(usize::from(known.target)), known.pin());
     let fastest = known.fastest().min(uses.fastest);
-    let ahead = f64::from(entered.frame) - f64::from(track.first);
+    let placement = align * baked.evasions()[entered.evasion].placement;
     for rate in RATES {
         if entered.is_useful(left, rate) && rate <= fastest && rate >= uses.slowest {
             entries.push(EntryCandidate {
@@ -136,8 +133,8 @@ fn add_rates(
                     blend: LONGER * known.blend(),
                 },
                 evasion: entered.evasion,
-                ahead: (ahead / baked.graph().frame_rate()) as f32,
-                placement: align * track.placement,
+                now: entered.now,
+                placement,
                 left: entered.end - entered.now,
             });
         }
@@ -203,7 +200,7 @@ fn entry_blocked(
     request: &ActiveRequest,
     candidate: &EntryCandidate,
 ) -> Option<ObstacleHit> {
-    let track = candidate.played_track(baked)?;
+    let track = candidate.played_track(baked);
     let end = candidate.delay + candidate.left / candidate.entry.rate;
     request.obstacles.on_track(&PlayedTrack {
         seconds: (track.seconds.0, end),

@@ -14,7 +14,7 @@ use super::entries::EnteredEvasion;
 use super::natural::NaturalMotion;
 use crate::anim::{Envelope, JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::{ClipPosition, Layer, Motion, heading};
-use crate::maps::{BakedGraph, BodyTrack, KnownEntry, MovingSphere, SphereKey};
+use crate::maps::{BakedGraph, BodyTrack, Evasion, KnownEntry, MovingSphere, SphereKey};
 use crate::math::Isa;
 use crate::query::attack::Attack;
 use crate::query::clearance::MotionBody;
@@ -294,22 +294,25 @@ impl LayerRanking {
         evasion: usize,
         least: f32,
     ) -> Option<f32> {
-        let entered = baked.entry_track(evasion)?;
-        let graph = baked.graph();
+        let (graph, track) = (baked.graph(), baked.track(evasion));
+        let Evasion {
+            edge,
+            placement: place,
+            ..
+        } = baked.evasions()[evasion];
+        let start = graph.node(graph.edge(edge).from).frame;
         let mut found = f32::INFINITY;
         for moment in &self.moments {
             let weight = layer.weight(moment.seconds);
             let frame = layer.frame_at(graph, moment.seconds);
-            let seconds = (f64::from(frame) - f64::from(entered.first)) / graph.frame_rate();
-            let tick = (seconds as f32 * BodyTrack::RATE).round().max(0.0) as usize;
-            let tick = tick.min(entered.track.ticks().saturating_sub(1));
+            let seconds = (f64::from(frame) - f64::from(start)) / graph.frame_rate();
+            let tick = track.nearest_tick(seconds as f32);
             let there = graph.clip(layer.clip).at(frame);
             let turn = heading(moment.pelvis * there.rotation(0).conjugate());
             // Transform from the track's frame to the pelvis of this motion.
-            let place = entered.placement;
             let axes = [Vec3::X, Vec3::Z].map(|axis| turn * place.vector(axis));
             let origin = moment.root + turn * (place.point(Vec3::ZERO) - there.root());
-            let rows = entered.track.axes(tick);
+            let rows = track.axes(tick);
             let metres = moment.layered_distance(weight, rows, axes, origin, &self.upper);
             found = found.min(metres);
             if found < least {
@@ -405,7 +408,7 @@ mod tests {
             let key = |t: f32, center: Vec3| SphereKey { t, center, radius: 0.1 };
             let attack = Attack::new(vec![vec![key(0.1, root - along), key(0.7, root + along)]]).unwrap();
             let envelope = Envelope { start: 0.1, full: 0.3, release: 1.0, end: 1.4 };
-            let first = baked.entry_track(0).unwrap().first;
+            let first = baked.entries().first_target(0).unwrap().frame;
             let position = ClipPosition { clip: evasion.clip, frame: (first + early) as f32 };
             let layer = Layer::new(position, 1.0, envelope);
             let mut ranking = LayerRanking::default();
