@@ -177,7 +177,11 @@ impl Steering {
                 playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
             }
         }
-        self.turn(step, playing);
+        // One of many that stand and are to walk does not turn before its search.
+        let waits = is_new && !step.may_search && state.stands && !step.aim.stands();
+        if !waits {
+            self.turn(step, playing);
+        }
     }
 
     /// Begins to walk towards the aim, whatever is played.
@@ -198,7 +202,7 @@ impl Steering {
             let walks = moment.ahead >= WALKS;
             walks.then(|| body.effort(moment, step.settings.blend, self.table.limit))
         };
-        if let Some((found, _)) = self.nearest(&wanted(&step.aim, &now).row(), effort) {
+        if let Some((found, _)) = self.table.nearest(&wanted(&step.aim, &now).row(), effort) {
             let found = &self.table.moments[found];
             let blend = self.blend(found, step.settings.blend, &body);
             let entry = step.entry(found, &now, blend);
@@ -232,7 +236,7 @@ impl Steering {
         const LINGERS: f32 = 0.5;
         let blend = step.settings.blend;
         let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
-            self.nearest(wanted, |moment| {
+            self.table.nearest(wanted, |moment| {
                 allowed(moment).then(|| body.effort(moment, blend, self.table.limit))
             })
         };
@@ -336,7 +340,7 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self.nearest(&wanted.row(), |_| Some(0.0))?;
+        let (found, _) = self.table.nearest(&wanted.row(), |_| Some(0.0))?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
@@ -349,27 +353,6 @@ impl Steering {
         let mut motion = Motion::new(graph, playhead, &[]);
         motion.blend_from_poses(graph, poses, [seconds, BLEND]);
         Some(motion)
-    }
-
-    /// The nearest of the moments that have an effort, and its distance with the effort.
-    fn nearest(
-        &self,
-        wanted: &Row,
-        effort: impl Fn(&Moment) -> Option<f32>,
-    ) -> Option<(usize, f32)> {
-        let mut best = None;
-        let mut least = f32::INFINITY;
-        for (index, row) in self.table.rows.iter().enumerate() {
-            let apart = distance(row, wanted);
-            if apart >= least {
-                continue;
-            }
-            let effort = effort(&self.table.moments[index]);
-            if let Some(apart) = effort.map(|effort| apart + effort).filter(|&it| it < least) {
-                (best, least) = (Some((index, apart)), apart);
-            }
-        }
-        best
     }
 
     /// Turns the played motion towards the aim, and sets its rate. What the motion itself accelerates leaves less for both.

@@ -3,7 +3,8 @@
 //! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016): each moment of the clips has a row of features
 //! (where the root goes, how the body turns, where the feet are and how they move), and the moment with the nearest row is played.
 //! Differs: only upright moments without labelled events are in the table, so that a query can start from each of them. Beyond the end of
-//! a run of frames the body is taken to go on as it goes there.
+//! a run of frames the body is taken to go on as it goes there. Rows that follow each other are alike, so a search looks at the boxes around
+//! some of them first.
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
@@ -19,6 +20,9 @@ pub(super) const FEATURES: usize = 32;
 
 /// Features of one moment, each multiplied by its weight.
 pub(super) type Row = [f32; FEATURES];
+
+/// Number of rows in a box.
+const BOXED: usize = 16;
 
 /// Times at which the way ahead is looked at, in seconds.
 pub(super) const AHEAD: [f32; 3] = [0.2, 0.4, 0.8];
@@ -83,6 +87,8 @@ impl Moment {
 pub(super) struct Table {
     pub moments: Vec<Moment>,
     pub rows: Vec<Row>,
+    /// Least and largest features of each [`BOXED`] rows.
+    boxes: Vec<[Row; 2]>,
     /// Time for which the clips stand with hands at rest, in seconds.
     pub calm: f32,
     /// Horizontal acceleration that the clips reach where they stand, walk and run, in metres per second squared.
@@ -147,15 +153,36 @@ impl Features {
 
 /// Squared distance of two rows.
 pub(super) fn distance(a: &Row, b: &Row) -> f32 {
+    sum_of_squares(|feature| a[feature] - b[feature])
+}
+
+/// Lower bound of the [`distance`] of a row from all in a box, also as rounded.
+fn distance_to_box([least, most]: &[Row; 2], row: &Row) -> f32 {
+    sum_of_squares(|feature| {
+        let below = least[feature] - row[feature];
+        below.max(row[feature] - most[feature]).max(0.0)
+    })
+}
+
+#[inline(always)]
+fn sum_of_squares(feature: impl Fn(usize) -> f32) -> f32 {
     const LANES: usize = 8;
     let mut sums = [0.0f32; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for lane in 0..LANES {
-            let apart = a[lane] - b[lane];
-            sums[lane] += apart * apart;
+    for first in (0..FEATURES).step_by(LANES) {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            let apart = feature(first + lane);
+            *sum += apart * apart;
         }
     }
     sums.iter().sum()
+}
+
+fn box_around(rows: &[Row]) -> [Row; 2] {
+    let bound = |of: fn(f32, f32) -> f32| {
+        let feature = |feature: usize| rows.iter().map(|row| row[feature]).reduce(of);
+        std::array::from_fn(|index| feature(index).unwrap_or(0.0))
+    };
+    [bound(f32::min), bound(f32::max)]
 }
 
 impl Table {
@@ -167,6 +194,7 @@ impl Table {
         for (clip, edges) in (0..).map(ClipId).zip(&edges_by_clip(graph)) {
             table.add_clip(baked, clip, edges, &mut accelerations, &mut hands);
         }
+        table.boxes = table.rows.chunks(BOXED).map(box_around).collect();
         table.limit = limit(accelerations);
         table.add_calm_times(&hands, (1.0 / graph.frame_rate()) as f32);
         table
@@ -200,6 +228,32 @@ impl Table {
             let next = next.filter(|next| next.clip == now.clip && next.frame == now.frame + 1);
             self.moments[at].calm_for = frame + next.map_or(0.0, |next| next.calm_for);
         }
+    }
+
+    /// The nearest of the moments that have an effort, and its distance with the effort.
+    pub(super) fn nearest(
+        &self,
+        wanted: &Row,
+        effort: impl Fn(&Moment) -> Option<f32>,
+    ) -> Option<(usize, f32)> {
+        let mut best = None;
+        let mut least = f32::INFINITY;
+        for (boxed, rows) in self.boxes.iter().zip((0..).step_by(BOXED)) {
+            if distance_to_box(boxed, wanted) >= least {
+                continue;
+            }
+            for (index, row) in self.rows.iter().enumerate().skip(rows).take(BOXED) {
+                let apart = distance(row, wanted);
+                if apart >= least {
+                    continue;
+                }
+                let effort = effort(&self.moments[index]);
+                if let Some(apart) = effort.map(|effort| apart + effort).filter(|&it| it < least) {
+                    (best, least) = (Some((index, apart)), apart);
+                }
+            }
+        }
+        best
     }
 
     /// The moment at a playhead, or `None` if the table has none there.
@@ -441,4 +495,37 @@ fn stride(posed: &[Stance], frame_rate: f32) -> (Vec2, f32) {
         Vec2::new(moved.x, moved.z) / seconds,
         facing.x.atan2(facing.y),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use sabaki_fixtures::random::Random;
+
+    use super::*;
+    use crate::query::fixture::baked;
+
+    #[test]
+    fn boxes_leave_out_no_row_that_is_nearest() {
+        let table = Table::new(baked());
+        let mut random = Random::new(5);
+        let count = table.rows.len();
+        assert!(count > 10 * BOXED);
+        for round in 0..200 {
+            let spread = [0.0, 0.5, 5.0][round % 3];
+            let wanted =
+                table.rows[random.below(count)].map(|it| it + random.float(-1.0, 1.0) * spread);
+            let from = random.below(count) as u32;
+            let effort = |moment: &Moment| {
+                let far = moment.frame.abs_diff(from);
+                (far % 3 > 0).then_some(0.01 * far as f32)
+            };
+            let all = table.rows.iter().zip(&table.moments).enumerate();
+            let naive = all
+                .filter_map(|(index, (row, moment))| {
+                    Some((index, distance(row, &wanted) + effort(moment)?))
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            assert_eq!(table.nearest(&wanted, effort), naive);
+        }
+    }
 }

@@ -2,7 +2,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::moment::{Moment, PlainMoment, Source};
+use super::moment::{Moment, PlainMoment, Source, root_between};
 use super::packed::{CompressionSettings, PackedClip, largest_errors};
 use super::plain::PlainClip;
 use super::{JointId, Pose, Skeleton, SkeletonError};
@@ -299,13 +299,21 @@ impl Clip {
     /// Position of the root in one frame.
     #[must_use]
     pub fn root(&self, frame: usize) -> Vec3 {
-        self.moment(frame, 0.0).root()
+        self.roots()[frame]
     }
 
     /// Position of the root in the pose of [`Clip::sample`].
     #[must_use]
     pub fn sample_root(&self, frame: f32) -> Vec3 {
-        self.at(frame).root()
+        let (lower, weight) = self.place(frame);
+        root_between(&self.roots()[lower..], weight)
+    }
+
+    fn roots(&self) -> &[Vec3] {
+        match &self.frames {
+            Frames::Plain(plain) => &plain.desc.roots,
+            Frames::Packed(packed) => &packed.roots,
+        }
     }
 
     /// Writes the pose at a fractional frame to `out`. The root is interpolated linearly, rotations
@@ -321,6 +329,12 @@ impl Clip {
 
     /// Moment at a fractional frame, from which single joints can be read.
     pub fn at(&self, frame: f32) -> Moment<'_> {
+        let (lower, weight) = self.place(frame);
+        self.moment(lower, weight)
+    }
+
+    /// The frame before a fractional frame, and the weight of the next one.
+    fn place(&self, frame: f32) -> (usize, f32) {
         let last = self.frames() - 1;
         let clamped = frame.clamp(0.0, last as f32);
         // The value is not negative, so truncation rounds down.
@@ -330,7 +344,7 @@ impl Clip {
         } else {
             0.0
         };
-        self.moment(lower, weight)
+        (lower, weight)
     }
 
     pub(super) fn moment(&self, lower: usize, weight: f32) -> Moment<'_> {

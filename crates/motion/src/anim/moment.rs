@@ -21,6 +21,15 @@ pub(super) enum Source<'a> {
     Packed(PackedMoment<'a>),
 }
 
+/// The root at the first of some frames or, with a weight above 0, between that frame and the next.
+#[inline]
+pub(super) fn root_between(roots: &[Vec3], weight: f32) -> Vec3 {
+    match weight {
+        0.0 => roots[0],
+        weight => roots[0].lerp(roots[1], weight),
+    }
+}
+
 impl Moment<'_> {
     /// Writes the whole pose to `out`.
     pub(super) fn pose(&self, isa: Isa, out: &mut Pose) {
@@ -212,11 +221,7 @@ impl PlainMoment<'_> {
 
     #[inline]
     fn root(&self) -> Vec3 {
-        let roots = &self.clip.desc.roots[self.lower..];
-        match self.weight {
-            0.0 => roots[0],
-            weight => roots[0].lerp(roots[1], weight),
-        }
+        root_between(&self.clip.desc.roots[self.lower..], self.weight)
     }
 
     #[inline]

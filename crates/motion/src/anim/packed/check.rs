@@ -29,11 +29,16 @@ impl TryFrom<StoredPacked> for PackedClip {
             return Err("a compressed clip is empty or too long");
         }
         let segments = stored.segments()?;
-        Ok(Self {
+        let mut clip = Self {
             stored,
             lane_of,
             segments,
-        })
+            roots: Vec::new(),
+        };
+        clip.roots = (0..clip.frames())
+            .map(|frame| clip.frame(frame).root(clip.groups()))
+            .collect();
+        Ok(clip)
     }
 }
 

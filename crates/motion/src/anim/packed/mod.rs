@@ -21,6 +21,7 @@ mod check;
 mod read;
 mod write;
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{JointKind, Skeleton};
@@ -50,6 +51,8 @@ pub(super) struct PackedClip {
     /// Lane of each joint.
     lane_of: Vec<u16>,
     segments: Vec<Segment>,
+    /// Position of the root in each frame, which is read more often than all else.
+    pub(super) roots: Vec<Vec3>,
 }
 
 /// The part of a compressed clip that files store.

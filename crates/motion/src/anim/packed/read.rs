@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::{NO_LANE, PLACE_STEP, PackedClip, SEGMENT};
+use super::{Groups, NO_LANE, PLACE_STEP, PackedClip, SEGMENT};
 use crate::anim::Pose;
+use crate::anim::moment::root_between;
 use crate::anim::rows::{Block, LANES, Rows};
 use crate::math::Isa;
 use crate::math::code_rows::{CODES, CodeRow, ROW_BYTES, RowKernel, RowReader, unit, unit_lerp};
@@ -12,6 +13,8 @@ use crate::math::code_rows::{CODES, CodeRow, ROW_BYTES, RowKernel, RowReader, un
 #[derive(Clone, Copy, Debug)]
 pub(in crate::anim) struct PackedMoment<'a> {
     pub(in crate::anim) clip: &'a PackedClip,
+    /// Roots from the first frame on.
+    roots: &'a [Vec3],
     /// The frames around the moment.
     pub(super) frames: [FrameBytes<'a>; 2],
     /// Weight of the second frame.
@@ -39,6 +42,7 @@ impl PackedClip {
         let upper = if weight > 0.0 { lower + 1 } else { lower };
         PackedMoment {
             clip: self,
+            roots: &self.roots[lower..],
             frames: [self.frame(lower), self.frame(upper)],
             weight,
         }
@@ -114,9 +118,8 @@ impl FrameBytes<'_> {
         Vec3::from_array(std::array::from_fn(coordinate))
     }
 
-    /// `rows` are the numbers of rows of rotations and of translations.
-    #[inline]
-    fn root(&self, [rotations, translations]: [usize; 2]) -> Vec3 {
+    pub(super) fn root(&self, groups: Groups) -> Vec3 {
+        let [rotations, translations] = groups.rows();
         let first = rotations + translations;
         let mut bit = 8 * self.root;
         let coordinate = |axis: usize| {
@@ -166,8 +169,7 @@ fn place(steps: i32) -> f32 {
 impl<'a> PackedMoment<'a> {
     #[inline]
     pub(in crate::anim) fn root(&self) -> Vec3 {
-        let rows = self.clip.groups().rows();
-        self.between(|frame| frame.root(rows))
+        root_between(self.roots, self.weight)
     }
 
     #[inline]
