@@ -320,6 +320,7 @@ impl CharacterState {
             }
         }
         let progress = before.unwrap_or_default();
+        let has_all_time = scratch.is_first || scratch.deadline.is_none();
         let attempts = Attempt::all(world.settings.margin, is_among_obstacles);
         for (number, attempt) in attempts.enumerate().skip(progress.attempt) {
             if !planning.write_attack(attempt, wider) {
@@ -342,11 +343,14 @@ impl CharacterState {
                 unused.for_each(|unused| scratch.keep_memory(unused.motion));
                 return Plan::Take(clean);
             }
-            if let Some(late) = scratch.context.late_stage() {
+            scratch.context.body().set_grace(false);
+            let is_late = scratch.context.body().is_late();
+            let next = match scratch.context.late_stage() {
                 // A stage that had all the time of a step is left.
-                let is_over =
-                    late == first_stage && (scratch.is_first || scratch.deadline.is_none());
-                let next = if is_over { late.next() } else { Some(late) };
+                Some(late) if late == first_stage && has_all_time => late.next(),
+                late => late,
+            };
+            if next.is_some() || is_late {
                 let is_last =
                     |stage: &PlanStage| scope.evasions_only && *stage > PlanStage::Evasions;
                 let (attempt, stage) = match next.filter(|stage| !is_last(stage)) {

@@ -257,6 +257,13 @@ impl ActiveRequest {
         self.velocity = scope.velocity;
     }
 
+    /// Whether a plan's attack fills the room. What it hits is tested faster than its cells are found and its maps drawn.
+    pub(super) fn fills_room(&self) -> bool {
+        /// Largest section of an attack that does not, in square metres: that of a body.
+        const WIDEST: f32 = 1.0;
+        self.is_plan && self.attack.section() > WIDEST
+    }
+
     /// Keeps the offset that fades out. A layer of the upper body or a warp becomes such an offset.
     fn set_blend(&mut self, graph: &MotionGraph, playing: MotionMoment<'_>) {
         /// Time in which a layer or a warp fades out, in seconds.

@@ -25,9 +25,6 @@ use super::state::{QueryState, Source};
 use super::warp::Warper;
 use crate::maps::PathId;
 
-/// Largest section of an attack whose maps a plan draws, in square metres: that of a body.
-const WIDEST: f32 = 1.0;
-
 /// The memory of queries: the state of the current query, and scratch. A query allocates nothing if its context has been used for similar
 /// queries. Every thread needs its own context, and so does every query that waits for its counts.
 #[derive(Clone, Debug, Default)]
@@ -181,7 +178,8 @@ impl<'a> Session<'a> {
             state,
             scratch,
         };
-        if query.settings.enumerate.uses_grid() && first == PlanStage::Grid {
+        let uses_grid = query.settings.enumerate.uses_grid() && !session.state.request.fills_room();
+        if uses_grid && first == PlanStage::Grid {
             session.gather(Source::Grid);
             if session.state.candidates.list.is_empty() {
                 session.gather(Source::EmptyCells);
@@ -342,8 +340,7 @@ impl<'a> Session<'a> {
         placed.clear();
         time_offsets.clear();
         let attack_start = request.attack.start();
-        // A plan tests what an attack that fills the room hits faster than such maps are drawn.
-        let counted = match request.is_plan && request.attack.section() > WIDEST {
+        let counted = match request.fills_room() {
             true => 0,
             false => self.state.candidates.counted,
         };
