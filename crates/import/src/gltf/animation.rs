@@ -46,10 +46,12 @@ impl Moves {
         container: &Container,
         moves: impl Fn(usize) -> bool,
     ) -> Result<Self, GltfError> {
+        let buffers = container.root.buffers.iter();
+        let bytes = buffers.fold(0u64, |sum, buffer| sum.saturating_add(buffer.byte_length.0));
         // Accessors with more elements than the buffers have bytes are reported when they are read.
         let count = |accessor: Index<Accessor>| {
             let accessor = container.root.accessors.get(accessor.value());
-            accessor.map_or(0, |accessor| accessor.count.0.min(container.bytes))
+            accessor.map_or(0, |accessor| accessor.count.0.min(bytes))
         };
         let (mut animations, mut nodes, mut keys) = (Vec::new(), HashSet::new(), 0u64);
         for animation in &container.root.animations {

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::GltfError;
 use super::animation::{Frames, Moves, Tracks};
-use super::buffers::{Container, ReadPurpose};
+use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{MotionError, UsedNames, repeated_names};
 use crate::figure::{clip_of_poses, mapped};
@@ -53,9 +53,9 @@ impl GltfFile {
     /// The first error, with its position.
     pub fn parse(
         bytes: &[u8],
-        load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+        mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
-        let container = Container::parse(bytes, ReadPurpose::Motion, load)?;
+        let container = Container::parse(bytes, &mut load)?;
         let mut nodes = Nodes::of(&container.root)?;
         let beyond = nodes.leave_out_ends_of_ends(&container.root);
         let mut notes: Vec<String> =
