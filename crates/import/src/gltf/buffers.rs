@@ -356,7 +356,11 @@ impl Container<'_> {
         index: usize,
         from: impl Fn() -> String,
     ) -> Result<Vec<[f32; N]>, GltfError> {
-        self.numbers(index, from, Err("its integers are not normalised"))
+        self.elements(index, from, |component, is_normalised| match component {
+            ComponentType::F32 => Ok(number),
+            _ if is_normalised => Ok(number),
+            _ => Err("its integers are not normalised"),
+        })
     }
 
     /// Elements of an accessor, with `N` floats each. Integers may be normalised or stand for themselves, as `KHR_mesh_quantization` allows.
@@ -365,20 +369,10 @@ impl Container<'_> {
         index: usize,
         from: impl Fn() -> String,
     ) -> Result<Vec<[f32; N]>, GltfError> {
-        self.numbers(index, from, Ok(whole_number))
-    }
-
-    /// Elements of an accessor, with `N` floats each. `whole` reads integers that are not normalised, or says why they are refused.
-    fn numbers<const N: usize>(
-        &self,
-        index: usize,
-        from: impl Fn() -> String,
-        whole: Result<Decode<f32>, &'static str>,
-    ) -> Result<Vec<[f32; N]>, GltfError> {
         self.elements(index, from, |component, is_normalised| match component {
             ComponentType::F32 => Ok(number),
             _ if is_normalised => Ok(number),
-            _ => whole,
+            _ => Ok(whole_number),
         })
     }
 

@@ -8,11 +8,11 @@ use super::GltfError;
 use super::animation::{Frames, Moves, Tracks};
 use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
-use crate::bvh::{MotionError, UsedNames, repeated_names};
+use crate::bvh::{UsedNames, repeated_names};
 use crate::figure::{clip_of_poses, mapped};
 use crate::rotation::{nearest_rotation, outer};
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
-use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton};
+use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
 ///
@@ -21,11 +21,16 @@ use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton};
 /// root, such as a rotation from Z up to Y up, become part of the root's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GltfFile {
-    skeleton: Skeleton,
-    nodes: Vec<usize>,
-    repeated_names: Vec<String>,
-    animations: Vec<GltfAnimation>,
-    notes: Vec<String>,
+    /// Skeleton, in the file's unit.
+    pub skeleton: Skeleton,
+    /// Node of each joint.
+    pub nodes: Vec<usize>,
+    /// The names that several joints have in the file; all but the first of each were renamed.
+    pub repeated_names: Vec<String>,
+    /// Animations in the order of the file, at least one.
+    pub animations: Vec<GltfAnimation>,
+    /// What was left out of the file, one line each.
+    pub notes: Vec<String>,
 }
 
 /// One animation of a [`GltfFile`].
@@ -112,36 +117,6 @@ impl GltfFile {
         })
     }
 
-    /// What was left out of the file, one line each.
-    #[must_use]
-    pub fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
-    /// Skeleton, in the file's unit.
-    #[must_use]
-    pub fn skeleton(&self) -> &Skeleton {
-        &self.skeleton
-    }
-
-    /// Node of each joint.
-    #[must_use]
-    pub fn nodes(&self) -> &[usize] {
-        &self.nodes
-    }
-
-    /// The names that several joints have in the file; all but the first of each were renamed.
-    #[must_use]
-    pub fn repeated_names(&self) -> &[String] {
-        &self.repeated_names
-    }
-
-    /// Animations in the order of the file, at least one.
-    #[must_use]
-    pub fn animations(&self) -> &[GltfAnimation] {
-        &self.animations
-    }
-
     /// Skeleton and motion of one animation, in metres.
     ///
     /// # Errors
@@ -151,11 +126,11 @@ impl GltfFile {
         animation: &GltfAnimation,
         name: &str,
         metres_per_unit: f64,
-    ) -> Result<(Skeleton, Clip), MotionError> {
+    ) -> Result<(Skeleton, Clip), ClipError> {
         let metres = |place: Vec3| (place.as_dvec3() * metres_per_unit).as_vec3();
         let mut desc = animation.clip.desc();
         name.clone_into(&mut desc.name);
-        Ok(mapped(&self.skeleton, desc, metres, |rotation| rotation)?)
+        mapped(&self.skeleton, desc, metres, |rotation| rotation)
     }
 }
 
