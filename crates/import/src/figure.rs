@@ -458,7 +458,7 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static 
 }
 
 /// Looks at the poses and joints of about as many frames of all clips.
-fn for_some_frames(
+pub(crate) fn for_some_frames(
     skeleton: &Skeleton,
     clips: &[Clip],
     frames: usize,

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipError, Facing, Limbs, Pose, Skeleton, body_root, forward_kinematics};
+use sabaki::anim::{Clip, ClipError, Facing, JointId, Limbs, Pose, Skeleton, body_root};
 use serde::{Deserialize, Serialize};
 
 use crate::asf::{AmcFile, AsfFile};
 use crate::bvh::BvhFile;
 use crate::error::shortened;
-use crate::figure::{Rooted, mapped, settle_bones, settle_sides, stand_on_ground};
+use crate::figure::{Rooted, for_some_frames, mapped, settle_bones, settle_sides, stand_on_ground};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
@@ -569,23 +569,19 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
 
 /// Warns if the hips of the figure are not above its feet along Y, over all clips.
 fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
-    /// Number of samples of each clip.
-    const SAMPLES: usize = 8;
+    /// Number of frames of all clips.
+    const SAMPLES: usize = 512;
     let limbs = Limbs::of(skeleton);
     if limbs.hands.is_empty() || limbs.feet.is_empty() {
         return None;
     }
     let hips = body_root(skeleton);
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let mut up = Vec3::ZERO;
-    for clip in clips {
-        for frame in (0..clip.frames()).step_by(clip.frames().div_ceil(SAMPLES)) {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut joints);
-            let feet = limbs.feet.iter().map(|id| joints[id.index()].translation);
-            up += joints[hips.index()].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
-        }
-    }
+    for_some_frames(skeleton, clips, SAMPLES, |_, joints| {
+        let place = |id: JointId| joints[id.index()].translation;
+        let feet: Vec3 = limbs.feet.iter().map(|&id| place(id)).sum();
+        up += place(hips) - feet / limbs.feet.len() as f32;
+    });
     let nearest = Up::nearest(up);
     let doubtful = up.length() > 0.0 && nearest != Up::Y;
     doubtful.then(|| {

@@ -5,7 +5,7 @@ use glam::{DMat3, Quat, Vec3};
 use serde::Deserialize;
 
 use super::GltfError;
-use super::animation::{Frames, Moves, Tracks};
+use super::animation::{Frames, Tracks, moved_nodes, moves_any};
 use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{UsedNames, repeated_names};
@@ -76,21 +76,20 @@ impl GltfFile {
         let rig = Rig::new(&container, &nodes);
         let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();
         let is_moving = |node: usize| of_rig.contains(&node);
-        let moves = Moves::of(&container, is_moving)?;
-        if moves.nodes.is_empty() {
+        let moved = moved_nodes(&container, is_moving)?;
+        if moved.is_empty() {
             return Err(GltfError::NoAnimation);
         }
-        let skeleton = rig.skeleton(&container, &moves.nodes)?;
+        let skeleton = rig.skeleton(&container, &moved)?;
         let (mut animations, mut entries) = (Vec::new(), 0);
         let mut taken = UsedNames::default();
-        let all = container.root.animations.iter().zip(moves.animations);
-        for (index, (animation, has_tracks)) in all.enumerate() {
+        for (index, animation) in container.root.animations.iter().enumerate() {
             let name = animation
                 .name
                 .clone()
                 .unwrap_or_else(|| format!("animation_{index}"));
             let name = taken.first_free(&name, "_");
-            if !has_tracks {
+            if !moves_any(animation, is_moving) {
                 notes.push(format!(
                     "animation \"{name}\" moves no joint and is left out"
                 ));
