@@ -164,6 +164,20 @@ fn frames_of_all_animations_of_a_gltf_file_count_together() {
 }
 
 #[test]
+fn nodes_above_the_root_of_a_gltf_file_count_in_every_frame() {
+    alone(|| {
+        let long = [0.0, 0.31, 0.4567, 30_000.0];
+        let mut document = gltf(4000, 1, &[&long]);
+        document["skins"] = json!([{ "joints": [3999] }]);
+        let error = refused_gltf(&document).to_string();
+        let said = format!(
+            "animation \"a0\": 1800001 frames of 4000 joints; {MOST_ENTRIES} rotations in all are the most"
+        );
+        assert_eq!(error, said);
+    });
+}
+
+#[test]
 fn keys_of_all_animations_of_a_gltf_file_count_together() {
     alone(|| {
         // Each key is read once for each node that it moves.

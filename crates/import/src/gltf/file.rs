@@ -277,7 +277,7 @@ impl<'a> Rig<'a> {
         Ok(Skeleton::new(joints)?)
     }
 
-    /// Samples an animation. `entries` counts the frames times joints of all animations.
+    /// Samples an animation. `entries` counts the frames times joints of all animations, with the nodes above the root.
     fn clip(
         &self,
         skeleton: &Skeleton,
@@ -285,7 +285,7 @@ impl<'a> Rig<'a> {
         entries: &mut u64,
     ) -> Result<Clip, GltfError> {
         let frames = Frames::of(tracks.times().collect::<Vec<_>>().into_iter());
-        let joints = skeleton.len();
+        let joints = self.chain.len();
         let own = frames.count.saturating_mul(joints as u64);
         *entries = entries.saturating_add(own);
         if *entries > MOST_ENTRIES {

@@ -355,7 +355,7 @@ impl<'a> Rig<'a> {
         own.sort_by_cached_key(|&(_, node)| {
             (
                 places.get(&node).copied().unwrap_or(usize::MAX),
-                self.nodes.ancestry(node).count(),
+                self.nodes.depths[node],
             )
         });
         let mut found = Skin {

@@ -15,6 +15,8 @@ use sabaki::anim::Skeleton;
 pub(super) struct Nodes {
     /// Parent of each node.
     parents: Vec<Option<usize>>,
+    /// Number of nodes above each node, below [`Skeleton::MAX_JOINTS`].
+    pub(super) depths: Vec<usize>,
     /// Nodes above the skeleton's root, from the top down. They move the skeleton as a whole.
     pub(super) above: Vec<usize>,
     /// Joints, the root first, parents before children.
@@ -50,8 +52,16 @@ impl Nodes {
                 below[parent] += below[node];
             }
         }
+        let mut depths = vec![0; parents.len()];
+        for &node in &order {
+            depths[node] = parents[node].map_or(0, |parent| depths[parent] + 1);
+        }
+        if depths.iter().any(|&depth| depth >= Skeleton::MAX_JOINTS) {
+            return Err(GltfError::TooManyJoints);
+        }
         let mut nodes = Self {
             parents,
+            depths,
             above: Vec::new(),
             joints: Vec::new(),
         };
