@@ -1,7 +1,7 @@
-//! What a bench prints at its end: a table with its columns side by side, and the same as JSON.
+//! What a bench prints at its end: a page of Markdown with tables whose columns stand side by side, and the same as JSON.
 //!
 //! `cargo bench --bench NAME`, with these options after `--`:
-//! `--json FILE` writes the record, `--record FILE` the same as Markdown (for `benches/record`), `--seconds S` sets the time for each row (default 3),
+//! `--json FILE` writes the record as JSON, `--record FILE` the page (for `benches/record`), `--seconds S` sets the time for each row (default 3),
 //! and `--rows WORDS` measures only rows whose names contain the words.
 
 use std::fmt::{Display, Write};
@@ -72,17 +72,18 @@ impl Report {
             let mut report = Self::new(bench, settings);
             measure(&mut report);
             let Self { record, settings } = report;
+            let page = record.page();
             let json = settings.json.map(|path| (path, record.json()));
-            let markdown = settings.markdown.map(|path| (path, record.markdown()));
+            let markdown = settings.markdown.map(|path| (path, page.clone()));
             for (path, text) in json.into_iter().chain(markdown) {
                 let written = std::fs::write(&path, text);
                 written.map_err(|error| format!("{}: {error}", path.display()))?;
             }
-            Ok(record.text())
+            Ok(page)
         });
         match done {
-            Ok(text) => {
-                print!("{text}");
+            Ok(page) => {
+                print!("\n{page}");
                 ExitCode::SUCCESS
             }
             Err(problem) => {
@@ -249,12 +250,10 @@ impl Record {
         serde_json::to_string_pretty(self).unwrap() + "\n"
     }
 
-    /// The page of a record: where and by which command it was measured, and all tables.
-    fn markdown(&self) -> String {
-        let args: Vec<String> = std::env::args()
-            .skip(1)
-            .filter(|arg| arg != "--bench")
-            .collect();
+    /// Where and by which command it was measured, and all tables.
+    fn page(&self) -> String {
+        let args = std::env::args().skip(1).filter(|arg| arg != "--bench");
+        let args: Vec<String> = args.collect();
         let mut page = format!(
             "# {}\n\n`cargo bench --bench {} -- {}`, medians.\n",
             self.place(),
@@ -262,17 +261,8 @@ impl Record {
             args.join(" ")
         );
         for table in &self.tables {
-            let _ = writeln!(page, "\n{}, {}:\n", table.title, table.unit);
-            for (at, row) in table.cells().iter().enumerate() {
-                let cells = row.iter().map(|cell| {
-                    let words: Vec<&str> = cell.split_whitespace().collect();
-                    words.join(" ")
-                });
-                let _ = writeln!(page, "| {} |", cells.collect::<Vec<_>>().join(" | "));
-                if at == 0 {
-                    let _ = writeln!(page, "|{}", " --- |".repeat(row.len()));
-                }
-            }
+            let (title, unit) = (&table.title, &table.unit);
+            let _ = write!(page, "\n{title}, {unit}:\n\n{}", table.text());
         }
         page
     }
@@ -285,26 +275,29 @@ impl Record {
             self.cpu, self.threads, self.motions
         )
     }
-
-    fn text(&self) -> String {
-        let mut text = format!("\n{}: {}\n", self.bench, self.place());
-        for table in &self.tables {
-            let _ = writeln!(
-                text,
-                "\n{}; {}, medians:\n{}",
-                table.title,
-                table.unit,
-                table.text()
-            );
-        }
-        text
-    }
 }
 
 impl Table {
-    /// The times of all columns, then each but the first divided by the first.
+    /// The times of all columns, then each but the first divided by the first. Columns are as wide as their widest cell.
     fn text(&self) -> String {
-        aligned(&self.cells())
+        let rows = self.cells();
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+        let widths: Vec<usize> = (0..rows[0].len()).filter_map(width).collect();
+        let mut text = String::new();
+        for (at, row) in rows.iter().enumerate() {
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                let _ = match column {
+                    0 => write!(text, "| {cell:<width$} |"),
+                    _ => write!(text, " {cell:>width$} |"),
+                };
+            }
+            text.push('\n');
+            if at == 0 {
+                let lines = widths.iter().map(|width| "-".repeat(*width));
+                let _ = writeln!(text, "| {} |", lines.collect::<Vec<_>>().join(" | "));
+            }
+        }
+        text
     }
 
     fn cells(&self) -> Vec<Vec<String>> {
@@ -321,33 +314,14 @@ impl Table {
                 .clone()
                 .skip(1)
                 .map(|median| median / row.times[0].median);
-            let mut cells = vec![row.name.clone()];
-            cells.extend(medians.map(digits).chain(ratios.map(ratio)));
+            let words: Vec<&str> = row.name.split_whitespace().collect();
+            let mut cells = vec![words.join(" ")];
+            let ratios = ratios.map(|share| format!("{share:.2}x"));
+            cells.extend(medians.map(digits).chain(ratios));
             rows.push(cells);
         }
         rows
     }
-}
-
-/// Columns as wide as their widest cell; the first one to the left, the others to the right.
-fn aligned(rows: &[Vec<String>]) -> String {
-    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let wide = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..count).map(wide).collect();
-    let mut text = String::new();
-    for row in rows {
-        for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-            let _ = match column {
-                0 => write!(text, "{cell:<width$}"),
-                _ => write!(text, "  {cell:>width$}"),
-            };
-        }
-        text.push('\n');
-    }
-    text
 }
 
 /// Milliseconds with about three digits that say something.
@@ -360,10 +334,6 @@ fn digits(ms: f64) -> String {
         _ => 4,
     };
     format!("{ms:.decimals$}")
-}
-
-fn ratio(share: f64) -> String {
-    format!("{share:.2}x")
 }
 
 fn cpu_name() -> String {

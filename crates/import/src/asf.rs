@@ -12,16 +12,16 @@
 //! length is estimated as for BVH files, because the units in the files are not reliable. Frames whose numbers are skipped are filled
 //! linearly; a bone that a frame leaves out keeps its values.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DQuat, DVec3, Quat};
-use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
+use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
 
-use crate::bvh::{LARGEST_VALUE, MotionError};
-use crate::figure::clip_of_poses;
+use crate::bvh::LARGEST_VALUE;
+use crate::figure::motion_of_poses;
 use crate::file::{quoted, without_mark};
 use crate::motion_file::AMC_RATES;
-use crate::{MOST_ENTRIES, TextError};
+use crate::{FileError, MOST_ENTRIES, TextError};
 
 /// A line that is neither empty nor a comment.
 #[derive(Clone, Copy, Debug)]
@@ -126,6 +126,8 @@ struct Bone {
 pub struct AsfFile {
     /// Bones, the root first.
     bones: Vec<Bone>,
+    /// Bones without children, but the root.
+    leaves: Vec<usize>,
     /// Whether angles are in degrees, unless the motion says otherwise.
     degrees: bool,
     /// Offset that is added to the root's position.
@@ -181,21 +183,14 @@ impl AsfFile {
             ),
             kind: JointKind::Moving,
         };
-        let mut joints: Vec<Joint> = self.bones.iter().map(joint).collect();
-        let mut is_leaf = vec![true; self.bones.len()];
-        for parent in self.bones.iter().filter_map(|bone| bone.parent) {
-            is_leaf[parent] = false;
-        }
-        let leaves = self.bones.iter().enumerate().skip(1);
-        for (index, bone) in leaves.filter(|(index, _)| is_leaf[*index]) {
-            joints.push(Joint {
-                name: format!("{}_End", bone.name),
-                parent: Some(JointId(index as u16)),
-                offset: offset(bone.along),
-                kind: JointKind::EndSite,
-            });
-        }
-        Skeleton::new(joints)
+        let end = |&leaf: &usize| Joint {
+            name: format!("{}_End", self.bones[leaf].name),
+            parent: Some(JointId(leaf as u16)),
+            offset: offset(self.bones[leaf].along),
+            kind: JointKind::EndSite,
+        };
+        let ends = self.leaves.iter().map(end);
+        Skeleton::new(self.bones.iter().map(joint).chain(ends).collect())
     }
 }
 
@@ -330,8 +325,13 @@ impl<'a> AsfReader<'a> {
                 freedoms: part.freedoms.clone(),
             }
         };
+        let bones: Vec<Bone> = order.iter().map(bone).collect();
+        let above: HashSet<usize> = bones.iter().filter_map(|bone| bone.parent).collect();
         let file = AsfFile {
-            bones: order.iter().map(bone).collect(),
+            leaves: (1..bones.len())
+                .filter(|bone| !above.contains(bone))
+                .collect(),
+            bones,
             degrees: self.degrees,
             position: parts[0].position,
         };
@@ -413,9 +413,10 @@ pub struct AmcFile {
     channels: usize,
     /// Values, frame by frame and bone by bone.
     values: Vec<f64>,
-    /// Frame rate that the file names, in frames per second.
-    rate: Option<f64>,
-    notes: Vec<String>,
+    /// Frame rate that the file names after `:SAMPLES-PER-SECOND`, in frames per second.
+    pub rate: Option<f64>,
+    /// What was left out or filled, one line each.
+    pub notes: Vec<String>,
 }
 
 impl AmcFile {
@@ -472,25 +473,13 @@ impl AmcFile {
         Ok(file)
     }
 
-    /// Frame rate that the file names after `:SAMPLES-PER-SECOND`, in frames per second.
-    #[must_use]
-    pub fn rate(&self) -> Option<f64> {
-        self.rate
-    }
-
-    /// What was left out or filled, one line each.
-    #[must_use]
-    pub fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
     /// Number of frames, at least 1.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.values.len() / self.channels
     }
 
-    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`] without its end sites, in metres. It has translations
+    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`], in metres. It has translations
     /// if a bone other than the root can translate.
     ///
     /// # Panics
@@ -524,6 +513,13 @@ impl AmcFile {
                 out.translations.push(offset);
             }
         }
+        for &leaf in &skeleton.leaves {
+            out.rotations.push(Quat::IDENTITY);
+            if has_translations {
+                let offset = skeleton.bones[leaf].along * metres_per_unit;
+                out.translations.push(offset.as_vec3());
+            }
+        }
     }
 
     /// Skeleton and motion, in metres. The frame rate of CMU's captures is [`Self::USUAL_RATE`].
@@ -536,20 +532,10 @@ impl AmcFile {
         name: &str,
         metres_per_unit: f64,
         frame_rate: f64,
-    ) -> Result<(Skeleton, Clip), MotionError> {
-        let skeleton = file.skeleton(metres_per_unit)?;
-        MotionError::check_entries(self.frames(), skeleton.len())?;
-        let pose = |frame, pose: &mut Pose| {
-            self.pose(file, frame, metres_per_unit, pose);
-            // End sites come last.
-            pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
-            if !pose.translations.is_empty() {
-                let ends = skeleton.joints().iter().skip(pose.translations.len());
-                pose.translations.extend(ends.map(|joint| joint.offset));
-            }
-        };
-        let clip = clip_of_poses(&skeleton, name, frame_rate, self.frames(), pose)?;
-        Ok((skeleton, clip))
+    ) -> Result<(Skeleton, Clip), FileError> {
+        let skeleton = file.skeleton(metres_per_unit).map_err(ClipError::from)?;
+        let pose = |frame, pose: &mut Pose| self.pose(file, frame, metres_per_unit, pose);
+        motion_of_poses(skeleton, name, frame_rate, self.frames(), pose)
     }
 }
 

@@ -3,48 +3,27 @@ use std::path::Path;
 
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
-use thiserror::Error;
+use serde::{Deserialize, Deserializer};
 
 use crate::file::{parse_json, read_bytes};
-use crate::{ReadError, TextError};
+use crate::{FileError, ReadError};
 use sabaki::maps::SphereKey;
-use sabaki::query::{Attack, AttackError};
-
-/// Reason why attacks cannot be used. Attacks, spheres and keys are counted from 0.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum AttacksError {
-    /// The text is not a valid attack file.
-    #[error(transparent)]
-    Json(#[from] TextError),
-    /// The file has no attack.
-    #[error("the file holds no attack")]
-    NoAttack,
-    /// An attack is none.
-    #[error("attack {attack}: {error}")]
-    Attack {
-        /// Index of the attack.
-        attack: usize,
-        /// What is wrong with it.
-        error: AttackError,
-    },
-}
+use sabaki::query::Attack;
 
 /// An attack file: moving spheres in the character's frame at the time of the query (root on the
 /// ground, facing +Z). Time 0 is the query. Unknown keys are ignored.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AttackFile {
     /// Attacks, in the order of the file.
-    pub attacks: Vec<AttackEntry>,
+    pub attacks: Vec<Attack>,
 }
 
-/// One attack.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct AttackEntry {
-    /// Keys of each moving sphere, in order of time. In a file, a single sphere may be written as a
-    /// list of keys.
+/// An attack as it is written in a file: the keys of each moving sphere, in order of time. A single sphere may be written as a list of
+/// keys.
+#[derive(Deserialize)]
+pub(super) struct StoredAttack {
     #[serde(deserialize_with = "one_or_many")]
-    pub spheres: Vec<Vec<SphereKey>>,
+    pub(super) spheres: Vec<Vec<SphereKey>>,
 }
 
 impl AttackFile {
@@ -52,10 +31,22 @@ impl AttackFile {
     ///
     /// # Errors
     /// The first error, with line and column or with the index of attack, sphere and key.
-    pub fn parse(text: &[u8]) -> Result<Self, AttacksError> {
-        let file: Self = parse_json(text)?;
-        file.check()?;
-        Ok(file)
+    pub fn parse(text: &[u8]) -> Result<Self, FileError> {
+        #[derive(Deserialize)]
+        struct Stored {
+            attacks: Vec<StoredAttack>,
+        }
+        let Stored { attacks } = parse_json(text)?;
+        if attacks.is_empty() {
+            return Err(FileError::NoAttack);
+        }
+        let attack = |(attack, stored): (usize, StoredAttack)| {
+            Attack::new(stored.spheres).map_err(|error| FileError::Attack { attack, error })
+        };
+        let attacks = attacks.into_iter().enumerate().map(attack);
+        Ok(Self {
+            attacks: attacks.collect::<Result<_, _>>()?,
+        })
     }
 
     /// Reads and checks a file.
@@ -64,17 +55,6 @@ impl AttackFile {
     /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         Self::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
-    }
-
-    fn check(&self) -> Result<(), AttacksError> {
-        if self.attacks.is_empty() {
-            return Err(AttacksError::NoAttack);
-        }
-        for (attack, entry) in self.attacks.iter().enumerate() {
-            Attack::new(entry.spheres.clone())
-                .map_err(|error| AttacksError::Attack { attack, error })?;
-        }
-        Ok(())
     }
 }
 

@@ -6,36 +6,14 @@ use std::path::Path;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::events::several_joints;
 use crate::file::{parse_json, read_bytes};
-use crate::{ReadError, TextError};
+use crate::{FileError, ReadError};
 use sabaki::anim::Skeleton;
 use sabaki::archive::write_atomically;
 use sabaki::lod::Masses;
 use sabaki::maps::{Body, BodySphere};
-
-/// Reason why a body file cannot be used. Spheres are counted from 0.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum BodyFileError {
-    /// The text is not a valid body file.
-    #[error(transparent)]
-    Json(#[from] TextError),
-    /// The file has no sphere.
-    #[error("the file holds no sphere")]
-    NoSphere,
-    /// A sphere is not possible, or the skeleton does not have its joint.
-    #[error("sphere {sphere} (joint \"{joint}\"): {problem}")]
-    Sphere {
-        /// Index of the sphere.
-        sphere: usize,
-        /// Name of its joint, as written.
-        joint: String,
-        /// Description of the problem.
-        problem: String,
-    },
-}
 
 /// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`,
 /// in metres, in the joint's frame. The object may also be under the key `body`, as in files that
@@ -69,12 +47,12 @@ impl BodyFile {
     ///
     /// # Errors
     /// The first error, with line and column, or with the sphere, its joint and the field.
-    pub fn parse(text: &[u8]) -> Result<Self, BodyFileError> {
+    pub fn parse(text: &[u8]) -> Result<Self, FileError> {
         let Stored { spheres, body } = parse_json(text)?;
         let spheres = spheres.or(body.map(|body| body.spheres));
         let spheres = spheres.unwrap_or_default();
         if spheres.is_empty() {
-            return Err(BodyFileError::NoSphere);
+            return Err(FileError::NoSphere);
         }
         for (index, entry) in spheres.iter().enumerate() {
             let (offset, radius, furthest) = (entry.offset, entry.radius, Skeleton::FURTHEST);
@@ -116,8 +94,8 @@ impl BodyFile {
     ///
     /// # Errors
     /// The first joint that the skeleton does not have.
-    pub fn resolve(&self, skeleton: &Skeleton) -> Result<Body, BodyFileError> {
-        let sphere = |(sphere, entry): (usize, &BodyEntry)| -> Result<_, BodyFileError> {
+    pub fn resolve(&self, skeleton: &Skeleton) -> Result<Body, FileError> {
+        let sphere = |(sphere, entry): (usize, &BodyEntry)| -> Result<_, FileError> {
             let unknown = || entry.wrong(sphere, "the skeleton has no such joint".to_owned());
             Ok(BodySphere {
                 joint: skeleton.find(&entry.joint).ok_or_else(unknown)?,
@@ -133,7 +111,7 @@ impl BodyFile {
     ///
     /// # Errors
     /// The first sphere on such a joint.
-    pub fn check_names(&self, repeated: &[String]) -> Result<(), BodyFileError> {
+    pub fn check_names(&self, repeated: &[String]) -> Result<(), FileError> {
         let joint = |entry: &BodyEntry| repeated.contains(&entry.joint);
         match self.spheres.iter().position(joint) {
             None => Ok(()),
@@ -157,33 +135,14 @@ impl BodyFile {
 }
 
 impl BodyEntry {
-    fn wrong(&self, sphere: usize, problem: String) -> BodyFileError {
+    fn wrong(&self, sphere: usize, problem: String) -> FileError {
         let joint = self.joint.clone();
-        BodyFileError::Sphere {
+        FileError::Sphere {
             sphere,
             joint,
             problem,
         }
     }
-}
-
-/// Reason why a file of masses cannot be used.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum MassFileError {
-    /// The text is not a valid file of masses.
-    #[error(transparent)]
-    Json(#[from] TextError),
-    /// The skeleton has no such joint.
-    #[error("the skeleton has no joint \"{0}\"")]
-    UnknownJoint(String),
-    /// A mass is negative or infinite.
-    #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
-    Mass {
-        /// Name of the joint.
-        joint: String,
-        /// Mass, in kilograms.
-        kilograms: f32,
-    },
 }
 
 /// A file of joint masses: `{"masses": {"LeftArm": 2.1, ...}}`, in kilograms. A joint's mass is
@@ -200,23 +159,22 @@ impl MassFile {
     /// # Errors
     /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let parsed = parse_json(&read_bytes(path)?).map_err(MassFileError::from);
-        parsed.map_err(ReadError::in_file(path))
+        parse_json(&read_bytes(path)?).map_err(ReadError::in_file(path))
     }
 
     /// Masses of a skeleton's joints.
     ///
     /// # Errors
     /// The skeleton does not have a joint, or a mass is invalid.
-    pub fn resolve(&self, skeleton: &Skeleton) -> Result<Masses, MassFileError> {
+    pub fn resolve(&self, skeleton: &Skeleton) -> Result<Masses, FileError> {
         let mut masses = vec![0.0; skeleton.len()];
         for (joint, &kilograms) in &self.masses {
             let id = skeleton
                 .find(joint)
-                .ok_or_else(|| MassFileError::UnknownJoint(joint.clone()))?;
+                .ok_or_else(|| FileError::UnknownJoint(joint.clone()))?;
             if !(kilograms.is_finite() && kilograms >= 0.0) {
                 let joint = joint.clone();
-                return Err(MassFileError::Mass { joint, kilograms });
+                return Err(FileError::Mass { joint, kilograms });
             }
             masses[id.index()] = kilograms;
         }

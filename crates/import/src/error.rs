@@ -3,14 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::ClipError;
+use sabaki::query::AttackError;
 use thiserror::Error;
 
-use crate::bvh::MotionError;
 use crate::gltf::GltfError;
-use crate::{
-    AttacksError, BodyFileError, EventsError, LONGEST_CLIP, MassFileError, ObjError,
-    RecordingError, SCALES, TextError,
-};
+use crate::{LONGEST_CLIP, MOST_ENTRIES, ObjError, RecordingError, SCALES, TextError};
 
 /// Reason why files cannot be read.
 #[derive(Debug, Error)]
@@ -75,7 +72,7 @@ pub enum FileError {
         /// Names of the joints that differ.
         joints: Vec<String>,
     },
-    /// A file of joints names a joint that the skeleton does not have.
+    /// A file of joints or masses names a joint that the skeleton does not have.
     #[error("the skeleton has no joint \"{0}\"")]
     UnknownJoint(String),
     /// The files of one skeleton are in different units.
@@ -114,7 +111,7 @@ pub enum FileError {
     /// The motion is invalid on the skeleton of the others, for example because its root is too far away there.
     #[error("on the skeleton of the other files: {0}")]
     Retargeted(ClipError),
-    /// A BVH, ASF or AMC file, or a file of joints, is invalid.
+    /// A BVH, ASF or AMC file, or a JSON file, is invalid.
     #[error(transparent)]
     Text(#[from] TextError),
     /// A glTF file is invalid or has no skinned animation.
@@ -124,33 +121,82 @@ pub enum FileError {
     #[cfg(feature = "fbx")]
     #[error(transparent)]
     Fbx(#[from] crate::FbxError),
-    /// The scale makes lengths infinite, or the motion is too large.
+    /// The skeleton or the motion is invalid, usually because of an unsuitable scale.
     #[error(transparent)]
-    Motion(#[from] MotionError),
-    /// An events file is invalid or does not fit the clips.
-    #[error(transparent)]
-    Events(#[from] EventsError),
-    /// An attack file is invalid.
-    #[error(transparent)]
-    Attacks(#[from] AttacksError),
+    Clip(#[from] ClipError),
+    /// The motion would take too much memory.
+    #[error("{frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most")]
+    TooManyEntries {
+        /// Number of frames.
+        frames: usize,
+        /// Number of joints of the skeleton, with end sites.
+        joints: usize,
+    },
+    /// There is no clip of the name that an events file has.
+    #[error("events for \"{file}\", but there is no such clip")]
+    NoClip {
+        /// Name of the clip's file, as written.
+        file: String,
+    },
+    /// The name that an events file has stands for several clips.
+    #[error(
+        "events for \"{file}\", which may be any of the clips {}",
+        shortened(clips)
+    )]
+    SeveralClips {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Names of these clips.
+        clips: Vec<String>,
+    },
+    /// An event does not fit its clip or the skeleton.
+    #[error("\"{file}\", event {event}: {problem}")]
+    Event {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Index of the event, from 0 in the order of the file.
+        event: usize,
+        /// Description of the problem.
+        problem: String,
+    },
+    /// An attack file has no attack.
+    #[error("the file holds no attack")]
+    NoAttack,
+    /// An attack of a file is none.
+    #[error("attack {attack}: {error}")]
+    Attack {
+        /// Index of the attack, from 0.
+        attack: usize,
+        /// What is wrong with it.
+        error: AttackError,
+    },
+    /// A body file has no sphere.
+    #[error("the file holds no sphere")]
+    NoSphere,
+    /// A sphere of a body file is not possible, or the skeleton does not have its joint.
+    #[error("sphere {sphere} (joint \"{joint}\"): {problem}")]
+    Sphere {
+        /// Index of the sphere, from 0.
+        sphere: usize,
+        /// Name of its joint, as written.
+        joint: String,
+        /// Description of the problem.
+        problem: String,
+    },
+    /// A mass is negative or infinite.
+    #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
+    Mass {
+        /// Name of the joint.
+        joint: String,
+        /// Mass, in kilograms.
+        kilograms: f32,
+    },
     /// An exported answer is invalid or belongs to another graph.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A body file is invalid or does not fit the skeleton.
-    #[error(transparent)]
-    Body(#[from] BodyFileError),
-    /// A file of masses is invalid or does not fit the skeleton.
-    #[error(transparent)]
-    Masses(#[from] MassFileError),
     /// An OBJ file is invalid or contains no mesh.
     #[error(transparent)]
     Obj(#[from] ObjError),
-}
-
-impl From<ClipError> for FileError {
-    fn from(error: ClipError) -> Self {
-        Self::Motion(error.into())
-    }
 }
 
 impl ReadError {

@@ -1,48 +1,11 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use super::motion_file::is_gltf;
-use crate::error::shortened;
 use crate::file::{composed, parse_json, read_bytes};
-use crate::{ReadError, TextError};
+use crate::{FileError, ReadError};
 use sabaki::anim::{Clip, Event, EventKind, Skeleton};
-
-/// Reason why events cannot be used. Events are counted from 0, in the order of the file.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum EventsError {
-    /// The text is not a valid events file.
-    #[error(transparent)]
-    Json(#[from] TextError),
-    /// There is no clip of this name.
-    #[error("events for \"{file}\", but there is no such clip")]
-    NoClip {
-        /// Name of the clip's file, as written.
-        file: String,
-    },
-    /// The name stands for several clips.
-    #[error(
-        "events for \"{file}\", which may be any of the clips {}",
-        shortened(clips)
-    )]
-    SeveralClips {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Names of these clips.
-        clips: Vec<String>,
-    },
-    /// An event does not fit its clip or the skeleton.
-    #[error("\"{file}\", event {event}: {problem}")]
-    Event {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Index of the event.
-        event: usize,
-        /// Description of the problem.
-        problem: String,
-    },
-}
 
 /// An events file: the events of clips. Unknown keys are ignored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -87,7 +50,7 @@ impl EventsFile {
     ///
     /// # Errors
     /// The first error, with line and column.
-    pub fn parse(text: &[u8]) -> Result<Self, EventsError> {
+    pub fn parse(text: &[u8]) -> Result<Self, FileError> {
         let mut file: Self = parse_json(text)?;
         for clip in &mut file.clips {
             clip.file = composed(&clip.file);
@@ -108,7 +71,7 @@ impl EventsFile {
     ///
     /// # Errors
     /// The first event that does not fit.
-    pub fn resolve(&self, clips: &[Clip], skeleton: &Skeleton) -> Result<Vec<Event>, EventsError> {
+    pub fn resolve(&self, clips: &[Clip], skeleton: &Skeleton) -> Result<Vec<Event>, FileError> {
         let mut events = Vec::new();
         for entry in &self.clips {
             let clip = entry.clip(clips)?;
@@ -129,7 +92,7 @@ impl EventsFile {
     }
 
     /// Refuses joints by names that several joints have.
-    pub(super) fn check_names(&self, repeated: &[String]) -> Result<(), EventsError> {
+    pub(super) fn check_names(&self, repeated: &[String]) -> Result<(), FileError> {
         for clip in &self.clips {
             for (event, entry) in clip.events.iter().enumerate() {
                 if let Some(joint) = entry.joints.iter().find(|joint| repeated.contains(joint)) {
@@ -234,9 +197,9 @@ pub(super) fn several_joints(joint: &str) -> String {
 }
 
 impl ClipEvents {
-    fn wrong(&self, event: usize, problem: String) -> EventsError {
+    fn wrong(&self, event: usize, problem: String) -> FileError {
         let file = self.file.clone();
-        EventsError::Event {
+        FileError::Event {
             file,
             event,
             problem,
@@ -250,7 +213,7 @@ impl ClipEvents {
     }
 
     /// The clip of exactly this name, otherwise the only one that has it where one of both has a folder.
-    fn clip(&self, clips: &[Clip]) -> Result<usize, EventsError> {
+    fn clip(&self, clips: &[Clip]) -> Result<usize, FileError> {
         let all = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
             let found = clips.iter().enumerate();
             let found = found.filter(|(_, clip)| is_it(clip.name()));
@@ -263,11 +226,11 @@ impl ClipEvents {
         let file = self.file.clone();
         match found[..] {
             [only] => Ok(only),
-            [] => Err(EventsError::NoClip { file }),
+            [] => Err(FileError::NoClip { file }),
             _ => {
                 let name = |&index: &usize| clips[index].name().to_owned();
                 let clips = found.iter().map(name).collect();
-                Err(EventsError::SeveralClips { file, clips })
+                Err(FileError::SeveralClips { file, clips })
             }
         }
     }

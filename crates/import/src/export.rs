@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 
 use super::recording::Chosen;
 use super::{RecordedRequest, bvh, gltf};
-use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
+use crate::figure::desc_of_poses;
+use sabaki::anim::{Clip, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph};
 use sabaki::maps::BakedGraph;
@@ -108,25 +109,18 @@ fn events(graph: &MotionGraph, motion: &Motion, seconds: f64) -> Vec<Event> {
 }
 
 fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, ClipError> {
-    let mut desc = ClipDesc {
-        name: "answer".to_owned(),
-        frame_rate: f64::from(SAMPLE_RATE),
-        roots: Vec::new(),
-        rotations: Vec::new(),
-        translations: Vec::new(),
-    };
+    let skeleton = graph.skeleton();
     let moving_joints = graph.clips().iter().any(|clip| clip.moves_joints());
-    let mut pose = Pose::default();
-    for frame in 0..=(seconds * SAMPLE_RATE).ceil() as usize {
-        motion.sample(graph, frame as f32 / SAMPLE_RATE, &mut pose);
-        desc.roots.push(pose.root);
-        desc.rotations.extend_from_slice(&pose.rotations);
-        if moving_joints {
-            pose.fill_translations(graph.skeleton());
-            desc.translations.extend_from_slice(&pose.translations);
+    let pose = |frame, pose: &mut Pose| {
+        motion.sample(graph, frame as f32 / SAMPLE_RATE, pose);
+        match moving_joints {
+            true => pose.fill_translations(skeleton),
+            false => pose.translations.clear(),
         }
-    }
-    Clip::new(graph.skeleton(), desc)
+    };
+    let frames = (seconds * SAMPLE_RATE).ceil() as usize + 1;
+    let desc = desc_of_poses("answer", f64::from(SAMPLE_RATE), frames, pose);
+    Clip::new(skeleton, desc)
 }
 
 /// All data of an answer as JSON with stable keys: the data to check the motion file with, the query, and the result of

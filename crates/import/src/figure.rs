@@ -18,7 +18,7 @@ use sabaki::math::Rigid2;
 use serde::Deserialize;
 
 use crate::file::{parse_json, read_bytes};
-use crate::{ClipSet, FileError, ReadError};
+use crate::{ClipSet, FileError, MOST_ENTRIES, ReadError};
 
 /// The part of a skeleton that is a body, below the joints that only carry it.
 pub(crate) struct Rooted {
@@ -240,6 +240,25 @@ pub(crate) fn clip_of_poses(
     Clip::new(skeleton, desc)
 }
 
+/// A skeleton and a clip of it, as [`clip_of_poses`] makes it.
+///
+/// # Errors
+/// The clip is invalid, or has more than [`MOST_ENTRIES`] frames times joints.
+pub(crate) fn motion_of_poses(
+    skeleton: Skeleton,
+    name: &str,
+    frame_rate: f64,
+    frames: usize,
+    pose: impl FnMut(usize, &mut Pose),
+) -> Result<(Skeleton, Clip), FileError> {
+    let joints = skeleton.len();
+    if (frames as u64).saturating_mul(joints as u64) > MOST_ENTRIES {
+        return Err(FileError::TooManyEntries { frames, joints });
+    }
+    let clip = clip_of_poses(&skeleton, name, frame_rate, frames, pose)?;
+    Ok((skeleton, clip))
+}
+
 /// A skeleton and a motion of it with other places and rotations.
 ///
 /// # Errors
@@ -391,26 +410,20 @@ impl ClipSet {
     }
 }
 
-/// How hands and feet of a skeleton were told left from right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SidesBy {
-    Names,
-    Geometry,
-    File,
-}
-
 /// Gives the hands and feet sides if the names do not: those that the poses of the clips show. The figure faces where its toes point.
-pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> SidesBy {
+/// Returns by what the sides are told, in words.
+pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static str {
+    const BY_NAMES: &str = "by names";
     /// Number of frames of all clips.
     const FRAMES: usize = 256;
     let limbs = Limbs::of(skeleton);
     let pairs = [limbs.hands, limbs.feet].map(|pair| <[JointId; 2]>::try_from(pair).ok());
     let [Some(hands), Some(feet)] = pairs else {
-        return SidesBy::Names;
+        return BY_NAMES;
     };
     let is_named = |[a, b]: [JointId; 2]| skeleton.mirror(a) == Some(b);
     if is_named(hands) && is_named(feet) {
-        return SidesBy::Names;
+        return BY_NAMES;
     }
     let toes = feet.map(|foot| {
         let ends = skeleton.children(foot);
@@ -441,11 +454,11 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> SidesBy {
     {
         *skeleton = with_sides;
     }
-    SidesBy::Geometry
+    "by structure and motion"
 }
 
 /// Looks at the poses and joints of about as many frames of all clips.
-fn for_some_frames(
+pub(crate) fn for_some_frames(
     skeleton: &Skeleton,
     clips: &[Clip],
     frames: usize,
@@ -462,8 +475,8 @@ fn for_some_frames(
     }
 }
 
-/// What was taken for what, in one line.
-pub(crate) fn describe(skeleton: &Skeleton, by: SidesBy) -> String {
+/// What was taken for what, and by what, in one line.
+pub(crate) fn describe(skeleton: &Skeleton, by: &str) -> String {
     let limbs = Limbs::of(skeleton);
     let names = |ids: &[JointId]| match ids {
         [] => "none".to_owned(),
@@ -476,11 +489,6 @@ pub(crate) fn describe(skeleton: &Skeleton, by: SidesBy) -> String {
         let above: Vec<&str> = file.above().collect();
         format!(" (with the motion of {})", above.join(", "))
     });
-    let by = match by {
-        SidesBy::Names => "by names",
-        SidesBy::Geometry => "by structure and motion",
-        SidesBy::File => "by the file of joints",
-    };
     format!(
         "root {}{above}; hands {}; feet {}; {by}",
         skeleton.joint(JointId::ROOT).name,
@@ -490,19 +498,19 @@ pub(crate) fn describe(skeleton: &Skeleton, by: SidesBy) -> String {
 }
 
 /// Names of the joints that stand for parts of the body, as a JSON file has them.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct JointsFile {
+struct JointsFile {
     /// Joint where legs and trunk meet. Default: found.
-    pub root: Option<String>,
+    root: Option<String>,
     /// Left hand or wrist.
-    pub left_hand: String,
+    left_hand: String,
     /// Right hand or wrist.
-    pub right_hand: String,
+    right_hand: String,
     /// Left foot or ankle.
-    pub left_foot: String,
+    left_foot: String,
     /// Right foot or ankle.
-    pub right_foot: String,
+    right_foot: String,
 }
 
 impl ClipSet {
@@ -569,7 +577,7 @@ impl ClipSet {
         }
         self.skeleton = (self.skeleton.clone().with_ends(ends))
             .ok_or_else(|| wrong(SkeletonError::Ends.into()))?;
-        self.figure = describe(&self.skeleton, SidesBy::File);
+        self.figure = describe(&self.skeleton, "by the file of joints");
         Ok(())
     }
 }

@@ -24,20 +24,18 @@ mod retarget;
 mod rotation;
 mod units;
 
-pub use attacks::{AttackEntry, AttackFile, AttacksError};
-pub use body::{BodyEntry, BodyFile, BodyFileError, MassFile, MassFileError};
+pub use attacks::AttackFile;
+pub use body::{BodyEntry, BodyFile, MassFile};
 pub use clip_set::{ClipSet, motion_files, read_clips};
 pub use error::{FileError, ReadError};
-pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
+pub use events::{ClipEvents, EventEntry, EventsFile};
 #[cfg(feature = "fbx")]
 pub use fbx::FbxError;
-pub use figure::JointsFile;
 pub use file::{TextError, without_mark};
 pub use mirror::MirrorError;
 pub use motion_file::{
-    LONGEST_CLIP, LoadedClip, MOST_ENTRIES, MeshFile, ReadOptions, SCALES, Up, UpError,
-    clip_warnings, is_gltf, is_motion_file, read_bvh, read_clip, read_gltf, read_mesh,
-    read_motions,
+    LONGEST_CLIP, LoadedClip, MOST_ENTRIES, MeshFile, ReadOptions, SCALES, Up, clip_warnings,
+    is_gltf, is_motion_file, read_bvh, read_clip, read_gltf, read_mesh, read_motions,
 };
 pub use obj::{ObjError, parse_obj, read_obj};
 pub use recording::{Chosen, RecordedRequest, Recording, RecordingError};

@@ -5,14 +5,13 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipError, Facing, Limbs, Pose, Skeleton, body_root, forward_kinematics};
+use sabaki::anim::{Clip, ClipError, Facing, JointId, Limbs, Pose, Skeleton, body_root};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::asf::{AmcFile, AsfFile};
-use crate::bvh::{BvhFile, MotionError};
+use crate::bvh::BvhFile;
 use crate::error::shortened;
-use crate::figure::{Rooted, mapped, settle_bones, settle_sides, stand_on_ground};
+use crate::figure::{Rooted, for_some_frames, mapped, settle_bones, settle_sides, stand_on_ground};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
@@ -322,14 +321,14 @@ impl MotionFile {
         let poses = match self {
             Self::Bvh(file) => sampled(file.frames(), |frame, pose| file.pose(frame, 1.0, pose)),
             Self::Gltf(file) => {
-                let clips = file.animations().iter().map(|animation| &animation.clip);
+                let clips = file.animations.iter().map(|animation| &animation.clip);
                 let of_clip =
                     |clip: &Clip| sampled(clip.frames(), |frame, pose| clip.pose(frame, pose));
                 clips.flat_map(of_clip).collect()
             }
             Self::Amc(asf, amc) => sampled(amc.frames(), |frame, pose| {
                 amc.pose(asf, frame, 1.0, pose);
-                pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
+                pose.translations.clear();
             }),
         };
         Stance::of(&skeleton, &poses)
@@ -364,7 +363,7 @@ impl MotionFile {
     fn repeated_names(&self) -> &[String] {
         match self {
             Self::Bvh(file) => file.repeated_names(),
-            Self::Gltf(file) => file.repeated_names(),
+            Self::Gltf(file) => &file.repeated_names,
             // Two bones of one name are an error there.
             Self::Amc(..) => &[],
         }
@@ -374,8 +373,8 @@ impl MotionFile {
     fn notes(&self) -> Vec<String> {
         let mut notes = match self {
             Self::Bvh(file) => file.notes(),
-            Self::Gltf(file) => file.notes().to_vec(),
-            Self::Amc(_, amc) => amc.notes().to_vec(),
+            Self::Gltf(file) => file.notes.clone(),
+            Self::Amc(_, amc) => amc.notes.clone(),
         };
         notes.extend(self.repeated_names().iter().map(|name| {
             format!("several joints are called \"{name}\": the later ones are read as \"{name}_2\" and so on")
@@ -387,7 +386,7 @@ impl MotionFile {
     pub(super) fn skeleton(&self) -> Option<Skeleton> {
         match self {
             Self::Bvh(file) => file.skeleton(1.0).ok(),
-            Self::Gltf(file) => Some(file.skeleton().clone()),
+            Self::Gltf(file) => Some(file.skeleton.clone()),
             Self::Amc(asf, _) => asf.skeleton(1.0).ok(),
         }
     }
@@ -402,7 +401,7 @@ impl MotionFile {
         options: &ReadOptions,
     ) -> Result<Vec<LoadedClip>, ReadError> {
         let name = clip_name(path);
-        let rooted = |(skeleton, clip): (Skeleton, Clip)| {
+        let rooted = |(skeleton, clip): (Skeleton, Clip)| -> Result<_, ClipError> {
             let (skeleton, clip) = match up {
                 Up::Y => (skeleton, clip),
                 up => up.stood(&skeleton, &clip)?,
@@ -413,11 +412,11 @@ impl MotionFile {
             })
         };
         let metres = scale.metres_per_unit;
-        let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), MotionError>| {
+        let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), FileError>| {
             if seconds > LONGEST_CLIP {
                 return Err(FileError::TooLong(seconds));
             }
-            let (skeleton, clip) = motion().and_then(rooted)?;
+            let (skeleton, clip) = rooted(motion()?)?;
             let mut notes = self.notes();
             let file = skeleton.file_joints();
             let beside = file
@@ -445,19 +444,19 @@ impl MotionFile {
             }
             Self::Gltf(file) => {
                 let load = |animation: &GltfAnimation| {
-                    let name = match file.animations() {
+                    let name = match file.animations[..] {
                         [_] => name.clone(),
                         _ => format!("{name}:{}", animation.name),
                     };
-                    let motion = || file.motion(animation, &name, metres);
+                    let motion = || Ok(file.motion(animation, &name, metres)?);
                     let mut loaded = loaded(animation.clip.duration(), &motion)?;
                     loaded.events.clone_from(&animation.events);
                     Ok(loaded)
                 };
-                file.animations().iter().map(load).collect()
+                file.animations.iter().map(load).collect()
             }
             Self::Amc(asf, amc) => {
-                let rate = options.amc_rate.or(amc.rate());
+                let rate = options.amc_rate.or(amc.rate);
                 let rate = rate.unwrap_or(AmcFile::USUAL_RATE);
                 let seconds = (amc.frames() - 1) as f64 / rate;
                 let motion = || amc.motion(asf, &name, metres, rate);
@@ -486,19 +485,15 @@ pub enum Up {
     NegativeZ,
 }
 
-/// A word is not the name of an axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Error)]
-#[error("up is x, y or z, or -x, -y or -z")]
-pub struct UpError;
-
 impl FromStr for Up {
-    type Err = UpError;
-    fn from_str(word: &str) -> Result<Self, UpError> {
+    type Err = &'static str;
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
         let is_named = |&(_, name, _): &(Self, &str, Vec3)| {
             name.trim_start_matches('+').eq_ignore_ascii_case(word)
         };
         let found = Self::ALL.into_iter().find(is_named);
-        found.map(|(up, ..)| up).ok_or(UpError)
+        let up = found.map(|(up, ..)| up);
+        up.ok_or("up is x, y or z, or -x, -y or -z")
     }
 }
 
@@ -574,23 +569,19 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
 
 /// Warns if the hips of the figure are not above its feet along Y, over all clips.
 fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
-    /// Number of samples of each clip.
-    const SAMPLES: usize = 8;
+    /// Number of frames of all clips.
+    const SAMPLES: usize = 512;
     let limbs = Limbs::of(skeleton);
     if limbs.hands.is_empty() || limbs.feet.is_empty() {
         return None;
     }
     let hips = body_root(skeleton);
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let mut up = Vec3::ZERO;
-    for clip in clips {
-        for frame in (0..clip.frames()).step_by(clip.frames().div_ceil(SAMPLES)) {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut joints);
-            let feet = limbs.feet.iter().map(|id| joints[id.index()].translation);
-            up += joints[hips.index()].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
-        }
-    }
+    for_some_frames(skeleton, clips, SAMPLES, |_, joints| {
+        let place = |id: JointId| joints[id.index()].translation;
+        let feet: Vec3 = limbs.feet.iter().map(|&id| place(id)).sum();
+        up += place(hips) - feet / limbs.feet.len() as f32;
+    });
     let nearest = Up::nearest(up);
     let doubtful = up.length() > 0.0 && nearest != Up::Y;
     doubtful.then(|| {

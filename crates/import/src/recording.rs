@@ -3,7 +3,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::attacks::AttackEntry;
+use super::attacks::StoredAttack;
 use crate::file::{parse_json, read_bytes};
 use crate::{ReadError, TextError};
 use sabaki::anim::Warp;
@@ -106,7 +106,7 @@ pub struct Recording {
 
 #[derive(Deserialize)]
 struct File {
-    attack: AttackEntry,
+    attack: StoredAttack,
     query: StoredRequest,
     answer: Chosen,
 }

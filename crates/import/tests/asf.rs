@@ -185,12 +185,12 @@ fn gaps_in_a_motion_are_filled_and_named() {
     let (skeleton, motion) = parts();
     let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
     let whole = AmcFile::parse(&asf, motion.as_bytes()).unwrap();
-    assert!(whole.notes().is_empty());
+    assert!(whole.notes.is_empty());
     // The second frame is the fifth: three are missing.
     let gap = AmcFile::parse(&asf, motion.replace("\n2\n", "\n5\n").as_bytes()).unwrap();
     assert_eq!(gap.frames(), 5);
     let note = "3 frames are missing, the first after frame 1: they are filled";
-    assert_eq!(gap.notes(), [note]);
+    assert_eq!(gap.notes, [note]);
     let roots = |amc: &AmcFile| -> Vec<Vec3> {
         let (_, clip) = amc.motion(&asf, "person", 1.0, 60.0).unwrap();
         (0..clip.frames()).map(|frame| clip.root(frame)).collect()
@@ -205,7 +205,7 @@ fn gaps_in_a_motion_are_filled_and_named() {
     assert_eq!(held.frames(), 2);
     let note =
         "frames leave out bones, which keep their values: 1 times, first \"rfemur\" in frame 1";
-    assert_eq!(held.notes(), [note]);
+    assert_eq!(held.notes, [note]);
     let far = motion.replace("\n2\n", "\n99999999999\n");
     let error = refusal(AmcFile::parse(&asf, far.as_bytes()));
     assert!(error.contains("rotations in all"), "{error}");

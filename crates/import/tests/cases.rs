@@ -44,7 +44,7 @@ fn mesh_of(document: &Value, binary: &[u8]) -> SkinnedMesh {
 
 fn clip_of(document: &Value, binary: &[u8]) -> (Skeleton, Clip) {
     let file = GltfFile::parse(&glb(document, binary), |_| Err("no such file".to_owned())).unwrap();
-    (file.skeleton().clone(), file.animations()[0].clip.clone())
+    (file.skeleton.clone(), file.animations[0].clip.clone())
 }
 
 /// The attributes of the first primitive.

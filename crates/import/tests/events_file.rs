@@ -8,6 +8,8 @@ use sabaki::anim::{Clip, EventKind, JointId, Skeleton};
 use sabaki_fixtures::clips::still_clip;
 use sabaki_import::{AttackFile, EventsFile, ReadOptions, read_clips};
 
+use serde_json::json;
+
 use super::common::refusal;
 use super::refused::cases;
 
@@ -140,13 +142,13 @@ fn events_that_are_wrong() {
 fn an_attack_file_has_one_sphere_or_several() {
     let one = br#"{"attacks":[{"name":"jab","spheres":[{"t":0.5,"center":[0,1,2],"radius":0.1},{"t":0.8,"center":[0,1,0],"radius":0.1}]}]}"#;
     let file = AttackFile::parse(one).unwrap();
-    assert_eq!(file.attacks[0].spheres.len(), 1);
-    let center = file.attacks[0].spheres[0][0].center;
+    assert_eq!(file.attacks[0].spheres().len(), 1);
+    let center = file.attacks[0].spheres()[0].keys()[0].center;
     assert_eq!(center, Vec3::new(0.0, 1.0, 2.0));
     let two = br#"{"attacks":[{"spheres":[[{"t":0,"center":[0,1,2],"radius":0.1}],[{"t":0,"center":[0,1,2],"radius":0.1}]]}]}"#;
     let file = AttackFile::parse(two).unwrap();
-    assert_eq!(file.attacks[0].spheres.len(), 2);
-    let text = serde_json::to_string(&file).unwrap();
+    assert_eq!(file.attacks[0].spheres().len(), 2);
+    let text = json!({ "attacks": [{ "spheres": file.attacks[0] }] }).to_string();
     assert_eq!(AttackFile::parse(text.as_bytes()).unwrap(), file);
 }
 

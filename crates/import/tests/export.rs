@@ -29,12 +29,12 @@ fn settings() -> QuerySettings {
     }
 }
 
-fn request(throw: &Throw) -> RecordedRequest {
+pub(crate) fn request(throw: &Throw, settings: QuerySettings) -> RecordedRequest {
     RecordedRequest {
         graph: archive::checksum(embedded()).unwrap(),
         playhead: throw.playhead,
         attack: throw.attack.clone(),
-        settings: settings(),
+        settings,
         evaluation: Evaluation::Lazy,
     }
 }
@@ -55,7 +55,7 @@ struct Exported {
 }
 
 fn export(folder: &Path, throw: &Throw, answer: &Answer) -> Exported {
-    let (baked, request) = (embedded(), request(throw));
+    let (baked, request) = (embedded(), request(throw, settings()));
     let exported = ExportedAnswer {
         baked,
         request: &request,
@@ -227,7 +227,7 @@ fn an_exported_answer_can_be_asked_again() {
     for (throw, answer) in answers().take(8) {
         let facts = export(folder.path(), &throw, &answer).facts;
         let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
-        assert_eq!(recording.request, request(&throw));
+        assert_eq!(recording.request, request(&throw, settings()));
         assert_eq!(recording.chosen, Chosen::of(baked, &answer));
         let again = recording.replay(baked).unwrap();
         assert!(Chosen::of(baked, &again).is_same(&recording.chosen));
@@ -275,7 +275,7 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
         let chosen = answer.chosen();
         let exported = ExportedAnswer {
             baked,
-            request: &request(&throw),
+            request: &request(&throw, settings()),
             answer: &answer,
         };
         let place = evasion_placement(exported, chosen);

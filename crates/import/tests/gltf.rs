@@ -24,11 +24,11 @@ fn random_motions_come_back() {
         let mut bytes = Vec::new();
         gltf::write(&mut bytes, &skeleton, std::slice::from_ref(&clip), &[]).unwrap();
         let file = parse(&bytes);
-        let found = file.skeleton();
+        let found = &file.skeleton;
         // The file keeps the tree; the order is that of a walk through it, and end sites are known by their names.
         assert_eq!(found.len(), skeleton.len());
-        assert_eq!(file.animations().len(), 1);
-        let read = &file.animations()[0];
+        assert_eq!(file.animations.len(), 1);
+        let read = &file.animations[0];
         assert_eq!(read.name, clip.name());
         assert_eq!(read.clip.frames(), clip.frames());
         for frame in 0..clip.frames() {
@@ -148,7 +148,7 @@ impl Builder {
 
 fn clip_of(document: &Value) -> (Skeleton, Clip) {
     let file = parse(document.to_string().as_bytes());
-    (file.skeleton().clone(), file.animations()[0].clip.clone())
+    (file.skeleton.clone(), file.animations[0].clip.clone())
 }
 
 #[test]
@@ -377,9 +377,9 @@ fn channels_without_a_node_are_ignored() {
     animations.push(only_pointers);
     pointing["extensionsUsed"] = json!(["KHR_animation_pointer"]);
     let found = parse(pointing.to_string().as_bytes());
-    assert_eq!(found.animations(), expected.animations());
+    assert_eq!(found.animations, expected.animations);
     let note = "animation \"move_2\" moves no joint and is left out";
-    assert_eq!(found.notes(), [note]);
+    assert_eq!(found.notes, [note]);
     // Other errors of such a file are told as those of all files.
     pointing["nodes"] = json!(7);
     let text = pointing.to_string();

@@ -2,7 +2,7 @@
 
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::files::{glb, glb_parts};
-use sabaki_import::gltf::{self, GltfFile};
+use sabaki_import::gltf::{self, GltfFile, SkinnedMesh};
 use serde_json::{Value, json};
 
 use super::common::{bytes_of, place_of, refusal};
@@ -153,6 +153,26 @@ fn what_would_fill_the_memory_is_an_error() {
     });
     let error = refusal(parse(document.to_string().as_bytes()));
     assert_eq!(error, "more than 4096 joints");
+}
+
+/// A walk up the chain for each joint would take minutes.
+#[test]
+fn joints_at_the_end_of_a_long_chain_of_nodes_take_no_time() {
+    let document = |nodes: usize, joints: Vec<usize>| {
+        let node = |index: usize| match index + 1 < nodes {
+            true => json!({ "children": [index + 1] }),
+            false => json!({}),
+        };
+        let nodes: Vec<Value> = (0..nodes).map(node).collect();
+        let skins = [json!({ "joints": joints })];
+        json!({ "asset": { "version": "2.0" }, "nodes": nodes, "skins": skins }).to_string()
+    };
+    let mesh = |text: String| SkinnedMesh::parse(text.as_bytes(), |_| Err(String::new()));
+    let deep = document(100_000, (90_000..94_000).collect());
+    assert_eq!(refusal(parse(deep.as_bytes())), "more than 4096 joints");
+    assert_eq!(refusal(mesh(deep)), "more than 4096 joints");
+    let often = document(4_000, vec![3_999; 400_000]);
+    assert_eq!(refusal(mesh(often)), "the file has no skinned mesh");
 }
 
 #[test]

@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use sabaki::anim::{Event, EventKind, JointId, Pose};
-use sabaki::archive;
 use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
@@ -12,11 +11,10 @@ use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
 use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
-use sabaki_import::{
-    ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips,
-};
+use sabaki_import::{ClipSet, EventsFile, ReadError, ReadOptions, gltf, read_clips};
 
 use super::common::{refusal, write_glb, written};
+use super::export::request;
 
 fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
     read_clips(&[path.to_owned()], events, &ReadOptions::default())
@@ -116,13 +114,7 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
     for index in 0..6 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let answer = answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy);
-        let request = RecordedRequest {
-            graph: archive::checksum(baked).unwrap(),
-            playhead: throw.playhead,
-            attack: throw.attack.clone(),
-            settings,
-            evaluation: Evaluation::Lazy,
-        };
+        let request = request(&throw, settings);
         let format = MotionFormat::Glb;
         let exported = ExportedAnswer {
             baked,

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use sabaki_import::asf::{AmcFile, AsfFile};
-use sabaki_import::bvh::{BvhFile, MotionError};
+use sabaki_import::bvh::BvhFile;
 use sabaki_import::gltf::{GltfError, GltfFile};
-use sabaki_import::{MOST_ENTRIES, ReadOptions, read_clips, read_motions};
+use sabaki_import::{FileError, MOST_ENTRIES, ReadOptions, read_clips, read_motions};
 use serde_json::{Value, json};
 
 use super::common::written;
@@ -18,6 +18,14 @@ fn refused<T, E>(read: impl FnOnce() -> Result<T, E>) -> E {
     let (read, held) = held_at_most(read);
     assert!(held < MOST, "{} MB", held >> 20);
     read.err().unwrap()
+}
+
+/// Frames and joints of a motion that is refused for them.
+fn entries(error: &FileError) -> Option<(usize, usize)> {
+    match *error {
+        FileError::TooManyEntries { frames, joints } => Some((frames, joints)),
+        _ => None,
+    }
 }
 
 /// A BVH file of joints without channels below a root with one.
@@ -69,8 +77,7 @@ fn joints_without_channels_count_in_every_frame_of_a_bvh_file() {
             let file = BvhFile::parse(text.as_bytes()).unwrap();
             file.motion("many", 1.0).map(|_| ())
         });
-        let joints = 4096;
-        assert_eq!(error, MotionError::TooManyEntries { frames, joints });
+        assert_eq!(entries(&error), Some((frames, 4096)), "{error}");
         let folder = tempfile::tempdir().unwrap();
         let path = written(folder.path(), "many.bvh", text);
         let error = refused(|| read_motions(&path, &ReadOptions::default())).to_string();
@@ -101,9 +108,8 @@ fn end_sites_count_too() {
         let skeleton = AsfFile::parse(asf(bones).as_bytes()).unwrap();
         let frames = MOST_ENTRIES as usize / (2 * bones - 1) + 1;
         let motion = AmcFile::parse(&skeleton, amc(frames).as_bytes()).unwrap();
-        let joints = 2 * bones - 1;
         let error = refused(|| motion.motion(&skeleton, "many", 1.0, 120.0));
-        assert_eq!(error, MotionError::TooManyEntries { frames, joints });
+        assert_eq!(entries(&error), Some((frames, 2 * bones - 1)), "{error}");
     });
 }
 
@@ -154,6 +160,20 @@ fn frames_of_all_animations_of_a_gltf_file_count_together() {
             "animation \"a1\": {frames} frames of 4096 joints; {MOST_ENTRIES} rotations in all are the most"
         );
         assert_eq!(error.to_string(), said);
+    });
+}
+
+#[test]
+fn nodes_above_the_root_of_a_gltf_file_count_in_every_frame() {
+    alone(|| {
+        let long = [0.0, 0.31, 0.4567, 30_000.0];
+        let mut document = gltf(4000, 1, &[&long]);
+        document["skins"] = json!([{ "joints": [3999] }]);
+        let error = refused_gltf(&document).to_string();
+        let said = format!(
+            "animation \"a0\": 1800001 frames of 4000 joints; {MOST_ENTRIES} rotations in all are the most"
+        );
+        assert_eq!(error, said);
     });
 }
 

@@ -18,7 +18,7 @@ fn attacks_and_events_can_be_read() {
         panic!("one example is expected")
     };
     let file = AttackFile::parse(example.as_bytes()).unwrap();
-    let spheres = file.attacks.iter().map(|attack| attack.spheres.len());
+    let spheres = file.attacks.iter().map(|attack| attack.spheres().len());
     assert_eq!(spheres.collect::<Vec<_>>(), [1, 2]);
     for example in examples("Events") {
         let file = EventsFile::parse(example.as_bytes()).unwrap();

@@ -222,12 +222,7 @@ fn wrapped(skeleton: &Skeleton, clip: &Clip, name: &str) -> (Skeleton, Clip) {
     let (place, turn) = (Vec3::new(0.2, 0.0, -0.4), Quat::from_rotation_y(0.7));
     let inside = |root: Vec3| turn.inverse() * (root - place);
     let below = |id: JointId| JointId(id.0 + 1);
-    let mut joints = vec![Joint {
-        name: name.into(),
-        parent: None,
-        offset: Vec3::ZERO,
-        kind: JointKind::Moving,
-    }];
+    let mut joints = vec![clips::joint(name, None, Vec3::ZERO)];
     joints.extend(skeleton.joints().iter().map(|joint| Joint {
         parent: Some(joint.parent.map_or(JointId::ROOT, below)),
         ..joint.clone()
@@ -286,12 +281,7 @@ fn labelled(folder: &Path, joint: u16) -> [PathBuf; 3] {
     for joint in &mut joints {
         joint.name = format!("mixamorig:{}", joint.name);
     }
-    joints.push(Joint {
-        name: "mixamorig:Tail".into(),
-        parent: Some(JointId::ROOT),
-        offset: Vec3::new(0.0, 0.0, -0.2),
-        kind: JointKind::Moving,
-    });
+    joints.push(clips::joint("mixamorig:Tail", Some(0), Vec3::Z * -0.2));
     let other = Skeleton::new(joints).unwrap();
     let mut desc = clip.desc();
     let frames = desc.rotations.chunks(7);

@@ -7,7 +7,7 @@ use sabaki::anim::{Clip, Event, EventKind, Joint, JointId, JointKind, Pose, Skel
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::{BakeSettings, Baker, Body};
-use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
+use sabaki_fixtures::clips::{clips_apart, joint, joints_of, most_apart};
 use sabaki_fixtures::files::below_root;
 use sabaki_import::{ClipSet, FileError, ReadOptions, bvh, read_bvh, read_clip, read_clips};
 
@@ -462,12 +462,7 @@ fn of_two_figures_the_first_is_the_body() {
     let folder = tempfile::tempdir().unwrap();
     let (plain, _) = walking();
     let count = plain.skeleton.len();
-    let mut joints = vec![Joint {
-        name: "Scene".to_owned(),
-        parent: None,
-        offset: Vec3::ZERO,
-        kind: JointKind::Moving,
-    }];
+    let mut joints = vec![joint("Scene", None, Vec3::ZERO)];
     for (first, before) in [(1, ""), (1 + count as u16, "Other")] {
         let below = |parent: JointId| JointId(parent.0 + first);
         joints.extend(plain.skeleton.joints().iter().map(|joint| Joint {
@@ -539,12 +534,7 @@ fn with_details(angle: f32) -> ClipSet {
     let body = joints.len();
     let mut add = |name: &str, parent: &str, offset: Vec3| {
         let parent = joints.iter().position(|joint| joint.name == parent);
-        joints.push(Joint {
-            name: name.to_owned(),
-            parent: parent.map(|parent| JointId(parent as u16)),
-            offset,
-            kind: JointKind::Moving,
-        });
+        joints.push(joint(name, parent.map(|parent| parent as u16), offset));
     };
     for hand in ["LeftHand", "RightHand"] {
         for finger in 0..3 {

@@ -219,17 +219,22 @@ fn json_file(path: &Path) -> Result<(Value, String), Failure> {
         let file = AttackFile::read(path)?;
         let mut text = format!("attacks: {}\n", file.attacks.len());
         for (index, attack) in file.attacks.iter().enumerate() {
-            let times = attack.spheres.iter().flatten().map(|key| key.t);
+            let spheres = attack.spheres();
+            let times = spheres.iter().flat_map(|sphere| sphere.keys());
+            let times = times.map(|key| key.t);
             let (start, end) = times.fold((f32::INFINITY, 0f32), |(low, high), t| {
                 (low.min(t), high.max(t))
             });
             let _ = writeln!(
                 text,
                 "attack {index}: {} spheres, {start:.2} s to {end:.2} s",
-                attack.spheres.len()
+                spheres.len()
             );
         }
-        return Ok((json!({ "kind": "attacks", "attacks": file.attacks }), text));
+        let attacks = file.attacks.iter();
+        let attacks = attacks.map(|attack| json!({ "spheres": attack }));
+        let attacks: Vec<Value> = attacks.collect();
+        return Ok((json!({ "kind": "attacks", "attacks": attacks }), text));
     }
     let file = EventsFile::read(path)?;
     let count = file

@@ -10,8 +10,8 @@ use sabaki::maps::{BakedGraph, PathId};
 use sabaki::math::{Rigid2, in_parallel, thread_count};
 use sabaki::query::cull::{CullCandidate, Overlap};
 use sabaki::query::{
-    Answer, Attack, Counts, CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings,
-    Request, SearchReport, Source, Step,
+    Answer, Counts, CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request,
+    SearchReport, Source, Step,
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
@@ -111,12 +111,8 @@ pub(crate) fn random_throws(
 pub(crate) fn file_throws(baked: &BakedGraph, path: &Path) -> Result<Vec<Throw>, Failure> {
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let attacks = sabaki_import::AttackFile::read(path)?.attacks;
-    let throws = (0..).zip(attacks).map(|(index, entry)| {
-        let attack = Attack::new(entry.spheres);
-        let attack = attack.map_err(|error| Failure::attack(index)(error).within(path))?;
-        Ok(Throw { playhead, attack })
-    });
-    throws.collect()
+    let throw = |attack| Throw { playhead, attack };
+    Ok(attacks.into_iter().map(throw).collect())
 }
 
 /// The attack of a file with this index.

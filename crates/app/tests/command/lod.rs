@@ -14,8 +14,8 @@ fn the_levels_of_a_clip_are_told_and_drawn() {
     }
     assert_is_png(&folder.path().join("lod.png"));
     let file = sabaki_import::read_gltf(&folder.path().join("lod.glb")).unwrap();
-    assert_eq!(file.animations().len(), 19);
-    assert_eq!(file.animations()[0].name, "level 0");
+    assert_eq!(file.animations.len(), 19);
+    assert_eq!(file.animations[0].name, "level 0");
 }
 
 fn levels(document: &Value) -> Vec<Value> {

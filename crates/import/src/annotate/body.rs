@@ -202,30 +202,16 @@ pub(super) fn least(values: impl IntoIterator<Item = f32>) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use glam::Quat;
-    use sabaki::anim::{ClipDesc, Joint};
+    use sabaki_fixtures::clips;
 
     use super::*;
 
     #[test]
     fn a_fast_clip_has_no_more_frames_than_are_needed() {
-        let joint = |name: &str, parent: Option<JointId>| Joint {
-            name: name.to_owned(),
-            parent,
-            offset: Vec3::Y,
-            kind: JointKind::Moving,
-        };
-        let joints = vec![joint("Hips", None), joint("LeftHand", Some(JointId(0)))];
-        let skeleton = Skeleton::new(joints).unwrap();
+        let joints = [("Hips", None, Vec3::Y), ("LeftHand", Some(0), Vec3::Y)];
+        let skeleton = clips::skeleton(&joints);
         for (frame_rate, frames, expected) in [(1e6, 100_001, 25), (240.0, 25, 25), (30.0, 4, 4)] {
-            let desc = ClipDesc {
-                name: "fast".to_owned(),
-                frame_rate,
-                roots: vec![Vec3::Y; frames],
-                rotations: vec![Quat::IDENTITY; 2 * frames],
-                translations: Vec::new(),
-            };
-            let clip = Clip::new(&skeleton, desc).unwrap();
+            let clip = clips::still_clip(&skeleton, "fast", frame_rate, vec![Vec3::Y; frames]);
             let body = Body::of(&skeleton, &clip).unwrap();
             assert_eq!(body.rate, frame_rate.min(MOST_RATE));
             assert_eq!(body.root.len(), expected);

@@ -49,22 +49,8 @@ const DROP_LEFT: f32 = 0.5;
 /// sideways, so that the pelvis alone does not tell it.
 const GUARD_REACH: f32 = 0.1;
 
-/// An evasion. Times are frames.
-#[derive(Clone, Debug)]
-pub(super) struct Evasion {
-    pub(super) start: usize,
-    pub(super) end: usize,
-    /// Displacement as a multiple of the least that counts.
-    pub(super) score: f32,
-}
-
-fn evasion(range: &Range<usize>, score: f32) -> Evasion {
-    Evasion {
-        start: range.start,
-        end: range.end - 1,
-        score,
-    }
-}
+/// The frames of an evasion, and its displacement as a multiple of the least that counts.
+type Evasion = (Range<usize>, f32);
 
 /// Curves of the trunk.
 struct Trunk<'a> {
@@ -163,13 +149,13 @@ impl<'a> Trunk<'a> {
         let is_fast = head > MIN_PEAK_SPEED;
         let score = self.dodge(range.clone()).hypot(self.duck(range.clone()));
         let fits = is_fast && self.is_quiet(range, score);
-        (fits && score >= 1.0).then(|| evasion(range, score))
+        (fits && score >= 1.0).then(|| (range.clone(), score))
     }
 
     /// A step or a retreat.
     fn steps(&self, range: &Range<usize>) -> Option<Evasion> {
         let score = self.step(range.clone());
-        (self.is_quiet(range, 1.0) && score >= 1.0).then(|| evasion(range, score))
+        (self.is_quiet(range, 1.0) && score >= 1.0).then(|| (range.clone(), score))
     }
 
     /// Lean away and back, as a multiple of the least that counts; 0 if the range is no dodge.

@@ -37,13 +37,13 @@ pub fn propose(skeleton: &Skeleton, clip: &Clip) -> Vec<EventEntry> {
         confidence: Some(confidence(strike.score / attacks::MIN_SCORE)),
     });
     let evasions = evasions::find(&body, &strikes);
-    let evasions = evasions.iter().map(|evasion| EventEntry {
+    let evasions = evasions.iter().map(|(frames, score)| EventEntry {
         kind: EventKind::Evasion,
-        start: seconds(evasion.start),
-        end: seconds(evasion.end),
+        start: seconds(frames.start),
+        end: seconds(frames.end - 1),
         joints: Vec::new(),
         contact: None,
-        confidence: Some(confidence(evasion.score)),
+        confidence: Some(confidence(*score)),
     });
     let mut events: Vec<EventEntry> = attacks.chain(evasions).collect();
     events.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.end.total_cmp(&b.end)));

@@ -1,8 +1,8 @@
 use glam::{DQuat, DVec3};
 
 use super::parse::{Lexer, make_unique, parse_hierarchy, parse_motion, repeated_names};
-use crate::figure::clip_of_poses;
-use crate::{MOST_ENTRIES, TextError};
+use crate::figure::motion_of_poses;
+use crate::{FileError, TextError};
 use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
 
 /// The contents of a BVH file, with lengths in the file's unit and angles in degrees.
@@ -34,35 +34,6 @@ pub struct BvhJoint {
     pub channels: Vec<Channel>,
     /// Index of the joint's first value in a frame.
     pub first_channel: usize,
-}
-
-/// Reason why the contents of a file cannot be converted to metres, usually an unsuitable scale.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MotionError {
-    /// The skeleton is invalid.
-    #[error(transparent)]
-    Skeleton(#[from] SkeletonError),
-    /// The motion is invalid.
-    #[error(transparent)]
-    Clip(#[from] ClipError),
-    /// The motion would take too much memory.
-    #[error("{frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most")]
-    TooManyEntries {
-        /// Number of frames.
-        frames: usize,
-        /// Number of joints of the skeleton, with end sites.
-        joints: usize,
-    },
-}
-
-impl MotionError {
-    /// Checks that a motion has at most [`MOST_ENTRIES`] frames times joints.
-    pub(crate) fn check_entries(frames: usize, joints: usize) -> Result<(), Self> {
-        match (frames as u64).saturating_mul(joints as u64) <= MOST_ENTRIES {
-            true => Ok(()),
-            false => Err(Self::TooManyEntries { frames, joints }),
-        }
-    }
 }
 
 impl BvhFile {
@@ -201,17 +172,11 @@ impl BvhFile {
     /// only if a joint other than the root moves relative to its parent.
     ///
     /// # Errors
-    /// The scale makes a length infinite, or the file has more than [`MOST_ENTRIES`] frames times joints.
-    pub fn motion(
-        &self,
-        name: &str,
-        metres_per_unit: f64,
-    ) -> Result<(Skeleton, Clip), MotionError> {
-        let skeleton = self.skeleton(metres_per_unit)?;
-        MotionError::check_entries(self.frames(), self.joints.len())?;
+    /// The scale makes a length infinite, or the file has more than [`MOST_ENTRIES`](crate::MOST_ENTRIES) frames times joints.
+    pub fn motion(&self, name: &str, metres_per_unit: f64) -> Result<(Skeleton, Clip), FileError> {
+        let skeleton = self.skeleton(metres_per_unit).map_err(ClipError::from)?;
         let pose = |frame, pose: &mut Pose| self.pose(frame, metres_per_unit, pose);
-        let clip = clip_of_poses(&skeleton, name, 1.0 / self.frame_time, self.frames(), pose)?;
-        Ok((skeleton, clip))
+        motion_of_poses(skeleton, name, 1.0 / self.frame_time, self.frames(), pose)
     }
 }
 

@@ -10,7 +10,7 @@ mod file;
 mod parse;
 mod write;
 
-pub use file::{BvhFile, BvhJoint, Channel, MotionError};
+pub use file::{BvhFile, BvhJoint, Channel};
 pub(crate) use parse::{UsedNames, repeated_names};
 pub(crate) use write::moving_joints;
 pub use write::write;

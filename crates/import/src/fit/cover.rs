@@ -26,108 +26,84 @@ const CANDIDATES: usize = 384;
 /// Number of points on a sphere at which its distance outside the mesh is measured.
 const PROBES: usize = 96;
 
-/// Points of a surface that belong to one joint.
-pub(super) struct Piece {
+/// Finds few balls that cover the points of a surface that move with a joint, in the space of the mesh, and measures them. `joints` are those
+/// of the mesh's vertices. `None` if no point moves with the joint.
+pub(super) fn cover(
+    mesh: &Mesh,
+    joints: &[JointId],
+    surface: &Surface,
     joint: JointId,
-    /// Indices of the points in the surface.
-    pub points: Vec<u32>,
-    places: Vec<Vec3>,
+    settings: &FitSettings,
+) -> Option<(Vec<Ball>, JointFit)> {
+    // In the order of the tree, so that each range of them is local.
+    let points = surface.tree.order.iter().map(|&point| point as usize);
+    let points: Vec<usize> = points.filter(|&at| surface.joints[at] == joint).collect();
+    let places: Vec<Vec3> = points.iter().map(|&point| surface.places[point]).collect();
+    if places.is_empty() {
+        return None;
+    }
+    let (low, high) = bounds(places.iter().copied());
+    // Limit the radius, because a ball could grow without bound where the mesh is open.
+    let largest = low.distance(high).max(settings.cover);
+    let inside = 0.5 * settings.bulge;
+    let grown = |point: usize| {
+        let mut ball = medial_ball(surface, point, largest, inside);
+        ball.radius = ball.radius + settings.bulge - inside;
+        ball
+    };
+    let on_border = |&point: &usize| surface.normals[point] != Vec3::ZERO;
+    let mut seeds: Vec<usize> = points.iter().copied().filter(on_border).collect();
+    if seeds.is_empty() {
+        seeds.clone_from(&points);
+    }
+    let step = seeds.len().div_ceil(CANDIDATES);
+    let cover = Cover {
+        points: &places,
+        balls: seeds.iter().step_by(step).map(|&p| grown(p)).collect(),
+        allowed: settings.cover,
+        most: settings.most_spheres,
+    };
+    let balls = cover.choose(|point| grown(points[point]));
+    let mut own = vec![false; joints.len()];
+    for &vertex in mesh.triangles().iter().flatten() {
+        own[vertex as usize] = joints[vertex as usize] == joint;
+    }
+    let vertices = own.into_iter().filter(|&own| own).count();
+    let fit = measure(&places, vertices, surface, &balls, settings);
+    Some((balls, fit))
 }
 
-impl Piece {
-    pub(super) fn of(surface: &Surface, joint: JointId) -> Self {
-        let own = |point: &u32| surface.joints[*point as usize] == joint;
-        let points: Vec<u32> = surface.tree.order.iter().copied().filter(own).collect();
-        let places = points
-            .iter()
-            .map(|&point| surface.places[point as usize])
-            .collect();
-        Self {
-            joint,
-            points,
-            places,
-        }
-    }
-
-    /// Finds few balls that cover the piece, in the space of the mesh, and measures them. `joints` are those of the mesh's vertices.
-    pub(super) fn fit(
-        &self,
-        mesh: &Mesh,
-        joints: &[JointId],
-        surface: &Surface,
-        settings: &FitSettings,
-    ) -> (Vec<Ball>, JointFit) {
-        let mut own = vec![false; joints.len()];
-        for &vertex in mesh.triangles().iter().flatten() {
-            own[vertex as usize] = joints[vertex as usize] == self.joint;
-        }
-        let vertices = own.into_iter().filter(|&own| own).count();
-        let balls = self.balls(surface, settings);
-        let fit = self.measure(vertices, surface, &balls, settings);
-        (balls, fit)
-    }
-
-    fn balls(&self, surface: &Surface, settings: &FitSettings) -> Vec<Ball> {
-        let (low, high) = bounds(self.places.iter().copied());
-        // Limit the radius, because a ball could grow without bound where the mesh is open.
-        let largest = low.distance(high).max(settings.cover);
-        let inside = 0.5 * settings.bulge;
-        let grown = |point: u32| {
-            let mut ball = medial_ball(surface, point as usize, largest, inside);
-            ball.radius = ball.radius + settings.bulge - inside;
-            ball
+/// Measures how far the mesh, whose points are at `places`, and the balls stick out of each other.
+fn measure(
+    places: &[Vec3],
+    vertices: usize,
+    surface: &Surface,
+    balls: &[Ball],
+    settings: &FitSettings,
+) -> JointFit {
+    let out = |&place: &Vec3| nearest_distance(balls.iter(), place).max(0.0);
+    let (mesh_out_max, mesh_out_mean) = max_and_mean(places.iter().map(out));
+    let probes = balls.iter().enumerate().flat_map(|(index, ball)| {
+        let place = |probe| ball.centre + ball.radius * direction(probe);
+        let others = move || {
+            let others = balls.iter().enumerate();
+            others.filter_map(move |(other, ball)| (other != index).then_some(ball))
         };
-        let on_border = |&point: &u32| surface.normals[point as usize] != Vec3::ZERO;
-        let mut seeds: Vec<u32> = self.points.iter().copied().filter(on_border).collect();
-        if seeds.is_empty() {
-            seeds.clone_from(&self.points);
-        }
-        let cover = Cover {
-            points: &self.places,
-            // The points are in the order of the tree, so each range of it is local.
-            balls: seeds
-                .iter()
-                .step_by(seeds.len().div_ceil(CANDIDATES))
-                .map(|&p| grown(p))
-                .collect(),
-            allowed: settings.cover,
-            most: settings.most_spheres,
-        };
-        cover.choose(|point| grown(self.points[point]))
-    }
-
-    /// Measures how far the mesh and the balls stick out of each other, with the number of the mesh's vertices that move with the joint.
-    fn measure(
-        &self,
-        vertices: usize,
-        surface: &Surface,
-        balls: &[Ball],
-        settings: &FitSettings,
-    ) -> JointFit {
-        let out = |&place: &Vec3| nearest_distance(balls.iter(), place).max(0.0);
-        let (mesh_out_max, mesh_out_mean) = max_and_mean(self.places.iter().map(out));
-        let probes = balls.iter().enumerate().flat_map(|(index, ball)| {
-            let place = |probe| ball.centre + ball.radius * direction(probe);
-            let others = move || {
-                let others = balls.iter().enumerate();
-                others.filter_map(move |(other, ball)| (other != index).then_some(ball))
-            };
-            let is_outer = move |place: &Vec3| others().all(|other| other.distance(*place) >= 0.0);
-            (0..PROBES).map(place).filter(is_outer)
-        });
-        let probes = probes.map(|place| surface.outside(place));
-        let (spheres_out_max, spheres_out_mean) = max_and_mean(probes);
-        JointFit {
-            joint: String::new(),
-            vertices,
-            points: self.places.len(),
-            spheres: balls.len(),
-            mesh_out_max,
-            mesh_out_mean,
-            spheres_out_max,
-            spheres_out_mean,
-            limited: mesh_out_max > settings.cover + 1e-5,
-        }
+        let is_outer = move |place: &Vec3| others().all(|other| other.distance(*place) >= 0.0);
+        (0..PROBES).map(place).filter(is_outer)
+    });
+    let probes = probes.map(|place| surface.outside(place));
+    let (spheres_out_max, spheres_out_mean) = max_and_mean(probes);
+    JointFit {
+        joint: String::new(),
+        vertices,
+        points: places.len(),
+        spheres: balls.len(),
+        mesh_out_max,
+        mesh_out_mean,
+        spheres_out_max,
+        spheres_out_mean,
+        limited: mesh_out_max > settings.cover + 1e-5,
     }
 }
 

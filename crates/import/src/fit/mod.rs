@@ -41,7 +41,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 pub use bind::BindPose;
-use cover::Piece;
+use cover::cover;
 pub(crate) use mesh::bounds;
 pub use mesh::{Mesh, MeshError, MeshPart};
 use surface::Surface;
@@ -251,11 +251,9 @@ pub fn fit_body(
         border,
     };
     for joint in pose.skeleton.ids() {
-        let piece = Piece::of(&surface, joint);
-        if piece.points.is_empty() {
+        let Some((balls, fit)) = cover(mesh, &vertices, &surface, joint, settings) else {
             continue;
-        }
-        let (balls, fit) = piece.fit(mesh, &vertices, &surface, settings);
+        };
         let joint_name = pose.skeleton.joint(joint).name.clone();
         report.joints.push(JointFit {
             joint: joint_name,
@@ -300,8 +298,9 @@ pub fn fit_prop(
     }
     let vertices = vec![JointId::ROOT; mesh.positions().len()];
     let surface = Surface::new(mesh, &vertices, 0.5 * settings.cover);
-    let piece = Piece::of(&surface, JointId::ROOT);
-    let (balls, fit) = piece.fit(mesh, &vertices, &surface, settings);
+    // A mesh has a triangle.
+    let fitted = cover(mesh, &vertices, &surface, JointId::ROOT, settings);
+    let (balls, fit) = fitted.unwrap_or_default();
     let spheres = balls
         .iter()
         .map(|ball| Sphere::new(ball.centre, ball.radius));

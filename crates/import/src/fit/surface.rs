@@ -37,20 +37,18 @@ pub(super) struct Surface {
 impl Surface {
     /// Creates the points, at most `spacing` apart if the limits allow it. `joints` are those of the vertices.
     pub(super) fn new(mesh: &Mesh, joints: &[JointId], spacing: f32) -> Self {
-        let Points {
-            places,
-            joints,
-            normals,
-            spacing,
-        } = Points::new(mesh, joints, spacing);
+        let (points, spacing) = points(mesh, joints, spacing);
+        let places: Vec<Vec3> = points.iter().map(|point| point.place).collect();
         let winding = Winding::new(mesh, places.len());
-        let (normals, is_inner) = sides(&winding, &places, &normals);
+        // This takes most of the time of a fit.
+        let sides = in_parallel(0, points.len(), |index| side(&winding, &points[index]));
+        let (normals, is_inner): (Vec<Vec3>, Vec<bool>) = sides.into_iter().unzip();
         let all: Vec<u32> = (0..places.len() as u32).collect();
         let on_border = |&point: &u32| normals[point as usize] != Vec3::ZERO;
         let border = PointTree::new(&places, all.iter().copied().filter(on_border).collect());
         let tree = PointTree::new(&places, all);
         Self {
-            joints,
+            joints: points.iter().map(|point| point.joint).collect(),
             normals,
             is_inner,
             tree,
@@ -72,14 +70,8 @@ impl Surface {
     }
 }
 
-/// Computes [`side`] of all points on all CPU cores. It takes most of the time of a fit.
-fn sides(winding: &Winding, places: &[Vec3], normals: &[Vec3]) -> (Vec<Vec3>, Vec<bool>) {
-    let of = |index: usize| side(winding, places[index], normals[index]);
-    in_parallel(0, places.len(), of).into_iter().unzip()
-}
-
 /// Outward normal, or zero if both sides are inside or both outside; and whether both are inside.
-fn side(winding: &Winding, place: Vec3, normal: Vec3) -> (Vec3, bool) {
+fn side(winding: &Winding, &Point { place, normal, .. }: &Point) -> (Vec3, bool) {
     if normal == Vec3::ZERO {
         return (normal, false);
     }
@@ -99,68 +91,41 @@ const MOST_CHOSEN: usize = 100_000;
 /// Two normals point the same way if the cosine of their angle is above this.
 const ALIKE: f32 = 0.5;
 
-/// Points on a mesh whose sides are not known yet.
-struct Points {
-    places: Vec<Vec3>,
-    joints: Vec<JointId>,
-    /// Unit normals. For a point on a triangle, the triangle's normal by its orientation; for a vertex, the mean of its
-    /// triangles' normals by area.
-    normals: Vec<Vec3>,
-    /// Maximum distance of a place on the mesh from the nearest point, in metres.
-    spacing: f32,
-}
-
-/// One point that may be taken.
+/// A point on a mesh whose sides are not known yet.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct Point {
     place: Vec3,
     joint: JointId,
+    /// Unit normal. For a point on a triangle, the triangle's normal by its orientation; for a vertex, the mean of its
+    /// triangles' normals by area.
     normal: Vec3,
 }
 
-impl Points {
-    /// The points of a mesh whose vertices move with `joints`, no further apart than `spacing` where the limits allow.
-    fn new(mesh: &Mesh, joints: &[JointId], spacing: f32) -> Self {
-        let vertices: Vec<Candidate> = vertex_normals(mesh)
-            .map(|(vertex, normal)| Candidate {
-                place: mesh.positions()[vertex],
-                joint: joints[vertex],
-                normal,
-            })
-            .collect();
-        if vertices.len().max(grid_points(mesh, spacing)) <= MOST_POINTS {
-            return on_grids(mesh, joints, &vertices, spacing);
-        }
-        let mut distance = spacing;
-        loop {
-            if let Some(points) = thinned(mesh, joints, &vertices, distance) {
-                return points;
-            }
-            distance *= 2.0;
-        }
+/// The points of a mesh whose vertices move with `joints`, no further apart than `spacing` where the limits allow; and the largest distance
+/// of a place on the mesh from the nearest point, in metres.
+fn points(mesh: &Mesh, joints: &[JointId], spacing: f32) -> (Vec<Point>, f32) {
+    let vertex = |(vertex, normal): (usize, Vec3)| Point {
+        place: mesh.positions()[vertex],
+        joint: joints[vertex],
+        normal,
+    };
+    let vertices: Vec<Point> = vertex_normals(mesh).map(vertex).collect();
+    if vertices.len().max(grid_points(mesh, spacing)) <= MOST_POINTS {
+        return (on_grids(mesh, joints, vertices, spacing), spacing);
     }
-
-    fn none(spacing: f32) -> Self {
-        Self {
-            places: Vec::new(),
-            joints: Vec::new(),
-            normals: Vec::new(),
-            spacing,
+    let mut distance = spacing;
+    loop {
+        if let Some(points) = thinned(mesh, joints, &vertices, distance) {
+            return points;
         }
-    }
-
-    fn push(&mut self, point: Candidate) {
-        self.places.push(point.place);
-        self.joints.push(point.joint);
-        self.normals.push(point.normal);
+        distance *= 2.0;
     }
 }
 
 /// The vertices, and on each triangle the points of a grid. A point goes to the joint of the nearest corner, counted along the
 /// edges.
-fn on_grids(mesh: &Mesh, joints: &[JointId], vertices: &[Candidate], spacing: f32) -> Points {
-    let mut points = Points::none(spacing);
-    vertices.iter().for_each(|&vertex| points.push(vertex));
+fn on_grids(mesh: &Mesh, joints: &[JointId], vertices: Vec<Point>, spacing: f32) -> Vec<Point> {
+    let mut points = vertices;
     for (triangle, of_triangle) in mesh.triangles().iter().enumerate() {
         let corners = mesh.corners(triangle);
         let normal = normal_of(corners).normalize_or_zero();
@@ -169,7 +134,7 @@ fn on_grids(mesh: &Mesh, joints: &[JointId], vertices: &[Candidate], spacing: f3
                 .rev()
                 .max_by_key(|&corner| weights[corner])
                 .unwrap_or(0);
-            points.push(Candidate {
+            points.push(Point {
                 place,
                 joint: joints[of_triangle[nearest] as usize],
                 normal,
@@ -183,16 +148,15 @@ fn on_grids(mesh: &Mesh, joints: &[JointId], vertices: &[Candidate], spacing: f3
 fn thinned(
     mesh: &Mesh,
     joints: &[JointId],
-    vertices: &[Candidate],
+    vertices: &[Point],
     spacing: f32,
-) -> Option<Points> {
+) -> Option<(Vec<Point>, f32)> {
     let mut length = spacing;
     while piece_count(mesh, length) > MOST_PIECES {
         length *= 2.0;
     }
-    // A place is within two thirds of the longest edge of its piece's middle.
     let mut chosen = Chosen {
-        points: Points::none(spacing + length * 2.0 / 3.0),
+        points: Vec::new(),
         distance: spacing,
         cells: FxHashMap::default(),
     };
@@ -210,7 +174,7 @@ fn thinned(
             let place = piece.iter().sum::<Vec3>() / 3.0;
             let far = |&corner: &usize| corners[corner].distance_squared(place);
             let nearest = (0..3).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
-            chosen.offer(Candidate {
+            chosen.offer(Point {
                 place,
                 joint: joints[of_triangle[nearest] as usize],
                 normal,
@@ -220,39 +184,37 @@ fn thinned(
             return None;
         }
     }
-    Some(chosen.points)
+    // A place is within two thirds of the longest edge of its piece's middle.
+    Some((chosen.points, spacing + length * 2.0 / 3.0))
 }
 
 /// The points that are taken so far, in cells as wide as their distance.
 struct Chosen {
-    points: Points,
+    points: Vec<Point>,
     distance: f32,
     cells: FxHashMap<IVec3, Vec<u32>>,
 }
 
 impl Chosen {
     /// Takes a point unless a taken one of its joint and side is near. Returns false if there are too many.
-    fn offer(&mut self, point: Candidate) -> bool {
+    fn offer(&mut self, point: Point) -> bool {
         let cell = (point.place / self.distance).floor().as_ivec3();
         let is_near = |&other: &u32| {
-            let other = other as usize;
-            let (place, normal) = (self.points.places[other], self.points.normals[other]);
-            let is_alike = normal == point.normal || normal.dot(point.normal) > ALIKE;
+            let other = &self.points[other as usize];
+            let is_alike = other.normal == point.normal || other.normal.dot(point.normal) > ALIKE;
             is_alike
-                && self.points.joints[other] == point.joint
-                && place.distance_squared(point.place) < self.distance * self.distance
+                && other.joint == point.joint
+                && other.place.distance_squared(point.place) < self.distance * self.distance
         };
         let around = (0..27).map(|at| cell + IVec3::new(at % 3, at / 3 % 3, at / 9) - IVec3::ONE);
         let mut near = around.filter_map(|cell| self.cells.get(&cell));
         if near.any(|taken| taken.iter().any(is_near)) {
             return true;
         }
-        self.cells
-            .entry(cell)
-            .or_default()
-            .push(self.points.places.len() as u32);
+        let index = self.points.len() as u32;
+        self.cells.entry(cell).or_default().push(index);
         self.points.push(point);
-        self.points.places.len() <= MOST_CHOSEN
+        self.points.len() <= MOST_CHOSEN
     }
 }
 
@@ -368,14 +330,14 @@ mod tests {
         let mesh = Mesh::new(places, triangles, Vec::new()).unwrap();
         let joints = vec![JointId::ROOT; mesh.positions().len()];
         assert!(grid_points(&mesh, 0.01) > MOST_POINTS);
-        let points = Points::new(&mesh, &joints, 0.01);
+        let (points, spacing) = points(&mesh, &joints, 0.01);
         // 0.31 square metres; a hundred square millimetres each.
-        let count = points.places.len();
-        assert!((2000..10_000).contains(&count), "{count}");
-        assert!(points.spacing < 0.02);
+        let places: Vec<Vec3> = points.iter().map(|point| point.place).collect();
+        assert!((2000..10_000).contains(&places.len()), "{}", places.len());
+        assert!(spacing < 0.02);
         for triangle in (0..mesh.triangles().len()).step_by(97) {
-            let gap = gap(mesh.corners(triangle), &points.places);
-            assert!(gap <= points.spacing, "{gap}");
+            let gap = gap(mesh.corners(triangle), &places);
+            assert!(gap <= spacing, "{gap}");
         }
     }
 }

@@ -29,45 +29,39 @@ fn targets(animation: &Animation) -> impl Iterator<Item = (usize, Property, usiz
     })
 }
 
-/// The nodes that the animations of a file move.
-pub(super) struct Moves {
-    /// For each animation whether it moves a node.
-    pub(super) animations: Vec<bool>,
-    /// All nodes that an animation moves.
-    pub(super) nodes: HashSet<usize>,
+/// Whether an animation moves one of the nodes for which `moves` returns true.
+pub(super) fn moves_any(animation: &Animation, moves: impl Fn(usize) -> bool) -> bool {
+    targets(animation).any(|(node, ..)| moves(node))
 }
 
-impl Moves {
-    /// Considers the nodes for which `moves` returns true.
-    ///
-    /// # Errors
-    /// The animations have more keys together than [`MOST_ENTRIES`].
-    pub(super) fn of(
-        container: &Container,
-        moves: impl Fn(usize) -> bool,
-    ) -> Result<Self, GltfError> {
-        // Accessors with more elements than the buffers have bytes are reported when they are read.
-        let count = |accessor: Index<Accessor>| {
-            let accessor = container.root.accessors.get(accessor.value());
-            accessor.map_or(0, |accessor| accessor.count.0.min(container.bytes))
-        };
-        let (mut animations, mut nodes, mut keys) = (Vec::new(), HashSet::new(), 0u64);
-        for animation in &container.root.animations {
-            let mut is_any = false;
-            for (node, _, sampler) in targets(animation).filter(|&(node, ..)| moves(node)) {
-                is_any = true;
-                nodes.insert(node);
-                if let Some(sampler) = animation.samplers.get(sampler) {
-                    let own = count(sampler.input).max(count(sampler.output));
-                    keys = keys.saturating_add(own);
-                }
+/// The nodes that the animations of a file move, of those for which `moves` returns true.
+///
+/// # Errors
+/// The animations have more keys together than [`MOST_ENTRIES`].
+pub(super) fn moved_nodes(
+    container: &Container,
+    moves: impl Fn(usize) -> bool,
+) -> Result<HashSet<usize>, GltfError> {
+    let buffers = container.root.buffers.iter();
+    let bytes = buffers.fold(0u64, |sum, buffer| sum.saturating_add(buffer.byte_length.0));
+    // Accessors with more elements than the buffers have bytes are reported when they are read.
+    let count = |accessor: Index<Accessor>| {
+        let accessor = container.root.accessors.get(accessor.value());
+        accessor.map_or(0, |accessor| accessor.count.0.min(bytes))
+    };
+    let (mut nodes, mut keys) = (HashSet::new(), 0u64);
+    for animation in &container.root.animations {
+        for (node, _, sampler) in targets(animation).filter(|&(node, ..)| moves(node)) {
+            nodes.insert(node);
+            if let Some(sampler) = animation.samplers.get(sampler) {
+                let own = count(sampler.input).max(count(sampler.output));
+                keys = keys.saturating_add(own);
             }
-            animations.push(is_any);
         }
-        match keys <= MOST_ENTRIES {
-            true => Ok(Self { animations, nodes }),
-            false => Err(GltfError::TooManyKeys { keys }),
-        }
+    }
+    match keys <= MOST_ENTRIES {
+        true => Ok(nodes),
+        false => Err(GltfError::TooManyKeys { keys }),
     }
 }
 

@@ -4,16 +4,16 @@
 //! count down from 0 and unwrap, so a malicious file would panic. Its validation also rejects files
 //! for errors in their meshes, which are not read here.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::cell::{Cell, OnceCell, RefCell};
+use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
-use std::rc::Rc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::buffer::View;
 use gltf_json::validation::{Checked, USize64};
-use gltf_json::{Accessor, Index, Root};
+use gltf_json::{Index, Root};
 use sabaki::archive::LARGEST_FILE;
 use serde::Deserialize;
 use serde_json::Value;
@@ -34,91 +34,48 @@ pub(crate) enum ReadPurpose {
     Mesh,
 }
 
-/// Parsed JSON and buffers of a file.
-pub(super) struct Container {
+/// Reads an external file, by its path relative to the file's folder.
+pub(super) type Load<'a> = &'a mut dyn FnMut(&Path) -> Result<Vec<u8>, String>;
+
+/// Parsed JSON of a file, and its buffers, which are read when they are first needed.
+pub(super) struct Container<'a> {
     pub(super) root: Root,
-    /// Bytes of each buffer, or `None` for unused buffers.
-    pub(super) buffers: Vec<Option<Rc<Vec<u8>>>>,
-    /// Size of the buffers, in bytes. Those of one URI count once.
-    pub(super) bytes: u64,
+    /// The binary chunk of a GLB container.
+    binary: Option<&'a [u8]>,
+    load: RefCell<Load<'a>>,
+    /// For each buffer, the first one of its URI.
+    same: Vec<usize>,
+    /// What was read, by the first buffer of the URI.
+    read: Vec<OnceCell<Result<Vec<u8>, String>>>,
+    /// Compressed views that were decoded.
+    decoded: Vec<OnceCell<Result<Vec<u8>, &'static str>>>,
+    /// Size of all that was read and decoded, in bytes, and its maximum.
+    bytes: Cell<u64>,
+    most: u64,
 }
 
-impl Container {
-    /// `load` reads an external buffer. It is called only for files in the same folder or below,
-    /// only for the buffers that are needed, and once for each URI.
-    pub(super) fn parse(
-        bytes: &[u8],
-        needs: ReadPurpose,
-        load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
-    ) -> Result<Self, GltfError> {
-        let (json, mut binary) = split(bytes)?;
-        let mut root = parse_root(json)?;
+impl<'a> Container<'a> {
+    /// `load` is called only for files in the same folder or below, only for the buffers that are needed, and once for each URI.
+    pub(super) fn parse(bytes: &'a [u8], load: Load<'a>) -> Result<Self, GltfError> {
+        let (json, binary) = split(bytes)?;
+        let root = parse_root(json)?;
         if !root.asset.version.starts_with("2.") {
             return Err(GltfError::Version(root.asset.version.clone()));
         }
-        if let (ReadPurpose::Mesh, Some(name)) = (needs, unread(&root.extensions_required).next()) {
-            return Err(GltfError::Extension(name.clone()));
-        }
-        let views = match needs {
-            ReadPurpose::Motion => motion_views(&root),
-            ReadPurpose::Mesh => mesh_views(&root),
-        };
-        let compressed: Vec<(usize, Compressed)> = views
-            .iter()
-            .filter_map(|&view| Some((view, Compressed::of(root.buffer_views.get(view)?)?)))
-            .collect();
-        let mut needed: HashSet<usize> = compressed.iter().map(|(_, of)| of.buffer).collect();
-        let views = views.iter().filter_map(|&view| root.buffer_views.get(view));
-        needed.extend(
-            views
-                .filter(|view| Compressed::of(view).is_none())
-                .map(|view| view.buffer.value()),
-        );
-        let mut files = BufferFiles {
-            load,
-            read: HashMap::new(),
-            most: LARGEST_FILE,
-            bytes: binary.map_or(0, |binary| binary.len() as u64),
-        };
-        let mut buffers = Vec::with_capacity(root.buffers.len());
-        for (index, buffer) in root.buffers.iter().enumerate() {
-            let failed = |problem: String| GltfError::part(format!("buffer {index}"), problem);
-            let bytes = match &buffer.uri {
-                // Only the first buffer can be the GLB container's binary chunk.
-                None => binary.take().map(|binary| Rc::new(binary.to_vec())),
-                Some(_) if !needed.contains(&index) => None,
-                Some(uri) => Some(files.get(uri).map_err(failed)?),
-            };
-            if let Some(bytes) = &bytes
-                && (bytes.len() as u64) < buffer.byte_length.0
-            {
-                let (found, wanted) = (bytes.len(), buffer.byte_length.0);
-                return Err(failed(format!(
-                    "{found} bytes where {wanted} are said to be"
-                )));
-            }
-            binary = None;
-            buffers.push(bytes);
-        }
-        let mut bytes = files.bytes;
-        for (index, of) in compressed {
-            let view = &mut root.buffer_views[index];
-            let source = buffers.get(of.buffer).and_then(Option::as_ref);
-            let most = LARGEST_FILE.saturating_sub(bytes);
-            let decoded = of.decode(source, view.byte_length.0, most);
-            let decoded = decoded.map_err(|problem| {
-                let view = format!("buffer view {index}, compressed by EXT_meshopt_compression");
-                GltfError::part(view, problem)
-            })?;
-            bytes += decoded.len() as u64;
-            view.buffer = Index::new(buffers.len() as u32);
-            view.byte_offset = None;
-            buffers.push(Some(Rc::new(decoded)));
-        }
+        let mut first = HashMap::new();
+        let same = root.buffers.iter().enumerate().map(|(index, buffer)| {
+            let uri = buffer.uri.as_deref();
+            uri.map_or(index, |uri| *first.entry(uri).or_insert(index))
+        });
         Ok(Self {
+            same: same.collect(),
+            read: vec![OnceCell::new(); root.buffers.len()],
+            decoded: vec![OnceCell::new(); root.buffer_views.len()],
             root,
-            buffers,
-            bytes,
+            binary,
+            load: RefCell::new(load),
+            bytes: Cell::new(binary.map_or(0, |binary| binary.len() as u64)),
+            most: LARGEST_FILE,
         })
     }
 
@@ -128,10 +85,80 @@ impl Container {
         (!names.is_empty()).then(|| format!("extensions that are not read: {}", names.join(", ")))
     }
 
-    /// Bytes of a buffer view, or `None` if they are not there.
-    pub(super) fn view(&self, index: usize) -> Option<&[u8]> {
-        let view = self.root.buffer_views.get(index)?;
-        within(self.buffers.get(view.buffer.value())?.as_ref()?, view)
+    /// Bytes of a buffer. `from` names what refers to it.
+    fn buffer(&self, index: usize, from: impl Fn() -> String) -> Result<&[u8], GltfError> {
+        let buffer = self.root.buffers.get(index);
+        let failed = |problem: String| GltfError::part(format!("buffer {index}"), problem);
+        let bytes = match (buffer.and_then(|buffer| buffer.uri.as_ref()), self.binary) {
+            (Some(uri), _) => {
+                let read = self.read[self.same[index]].get_or_init(|| self.read(uri));
+                read.as_ref().map_err(|problem| failed(problem.clone()))?
+            }
+            // Only the first buffer can be the GLB container's binary chunk.
+            (None, Some(binary)) if index == 0 => binary,
+            _ => return Err(GltfError::index(from(), "buffer", index)),
+        };
+        let wanted = buffer.map_or(0, |buffer| buffer.byte_length.0);
+        match bytes.len() as u64 >= wanted {
+            true => Ok(bytes),
+            false => Err(failed(format!(
+                "{} bytes where {wanted} are said to be",
+                bytes.len()
+            ))),
+        }
+    }
+
+    fn read(&self, uri: &str) -> Result<Vec<u8>, String> {
+        let bytes = self.fetch(uri)?;
+        let all = self.bytes.get().saturating_add(bytes.len() as u64);
+        self.bytes.set(all);
+        match all <= self.most {
+            true => Ok(bytes),
+            false => Err(format!(
+                "with it, the buffers have more than {} bytes together",
+                self.most
+            )),
+        }
+    }
+
+    /// Bytes of a buffer view, or `None` if it ends beyond its buffer. `from` names what refers to it.
+    pub(super) fn view(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+    ) -> Result<Option<&[u8]>, GltfError> {
+        let view = self.root.buffer_views.get(index);
+        let view = view.ok_or_else(|| GltfError::index(from(), "buffer view", index))?;
+        let Some(compressed) = Compressed::of(view) else {
+            return Ok(within(self.buffer(view.buffer.value(), from)?, view));
+        };
+        let source = self.buffer(compressed.buffer, from)?;
+        let decoded = self.decoded[index].get_or_init(|| {
+            let most = self.most.saturating_sub(self.bytes.get());
+            let decoded = compressed.decode(source, view.byte_length.0, most)?;
+            self.bytes.update(|bytes| bytes + decoded.len() as u64);
+            Ok(decoded)
+        });
+        let decoded = decoded.as_ref().map_err(|&problem| {
+            let view = format!("buffer view {index}, compressed by EXT_meshopt_compression");
+            GltfError::part(view, problem)
+        })?;
+        Ok(Some(decoded))
+    }
+
+    /// Bytes of a URI, which may be a data URI or a file.
+    pub(super) fn fetch(&self, uri: &str) -> Result<Vec<u8>, String> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let (_, text) = data.split_once(";base64,").ok_or("not in base64")?;
+            return STANDARD.decode(text).map_err(|error| error.to_string());
+        }
+        let path = PathBuf::from(unescaped(uri).ok_or("its URI is no path")?);
+        // A file may only refer to files in its own folder or below, not elsewhere on the machine.
+        let stays = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+        if uri.contains(':') || !path.components().all(stays) {
+            return Err(format!("\"{uri}\" is not in the file's own folder"));
+        }
+        (self.load.borrow_mut())(&path)
     }
 }
 
@@ -144,7 +171,7 @@ fn within<'a>(buffer: &'a [u8], view: &View) -> Option<&'a [u8]> {
 
 /// The extensions that change something that is read, and are not known. Those of lights and of materials beyond their base colour change
 /// nothing.
-fn unread(names: &[String]) -> impl Iterator<Item = &String> {
+pub(super) fn unread(names: &[String]) -> impl Iterator<Item = &String> {
     const READ: [&str; 4] = [
         MESHOPT[0],
         MESHOPT[1],
@@ -190,17 +217,10 @@ impl Compressed {
     }
 
     /// The bytes of the view, which are `length` and may be at most `most`.
-    fn decode(
-        &self,
-        source: Option<&Rc<Vec<u8>>>,
-        length: u64,
-        most: u64,
-    ) -> Result<Vec<u8>, &'static str> {
+    fn decode(&self, source: &[u8], length: u64, most: u64) -> Result<Vec<u8>, &'static str> {
         use meshopt::ffi;
         let end = self.byte_offset.checked_add(self.byte_length);
-        let source = source
-            .zip(end)
-            .and_then(|(source, end)| source.get(self.byte_offset..end));
+        let source = end.and_then(|end| source.get(self.byte_offset..end));
         let source = source.ok_or("it is not within its buffer")?;
         let (count, stride) = (self.count, self.byte_stride);
         let size = count
@@ -259,79 +279,6 @@ fn parse_root(json: &[u8]) -> Result<Root, GltfError> {
     parsed.map_err(|error| GltfError::Json(error.to_string()))
 }
 
-/// Reads the buffers that stand in URIs, each URI once.
-struct BufferFiles<'a, L> {
-    load: L,
-    read: HashMap<&'a str, Rc<Vec<u8>>>,
-    /// Maximum size of all buffers, in bytes.
-    most: u64,
-    /// Size of all buffers that were read, in bytes.
-    bytes: u64,
-}
-
-impl<'a, L: FnMut(&Path) -> Result<Vec<u8>, String>> BufferFiles<'a, L> {
-    fn get(&mut self, uri: &'a str) -> Result<Rc<Vec<u8>>, String> {
-        if let Some(read) = self.read.get(uri) {
-            return Ok(Rc::clone(read));
-        }
-        let bytes = Rc::new(fetch(uri, &mut self.load)?);
-        self.bytes = self.bytes.saturating_add(bytes.len() as u64);
-        if self.bytes > self.most {
-            return Err(format!(
-                "with it, the buffers have more than {} bytes together",
-                self.most
-            ));
-        }
-        self.read.insert(uri, Rc::clone(&bytes));
-        Ok(bytes)
-    }
-}
-
-/// Buffer views that animations use. Invalid indices are reported later.
-fn motion_views(root: &Root) -> BTreeSet<usize> {
-    let samplers = root
-        .animations
-        .iter()
-        .flat_map(|animation| &animation.samplers);
-    let accessors = samplers.flat_map(|sampler| [sampler.input, sampler.output]);
-    accessor_views(root, accessors).collect()
-}
-
-/// Buffer views that skinned meshes, bind matrices and images use. Invalid indices are reported later.
-fn mesh_views(root: &Root) -> BTreeSet<usize> {
-    let skinned = root.nodes.iter().filter(|node| node.skin.is_some());
-    let meshes: HashSet<usize> = skinned
-        .filter_map(|node| Some(node.mesh?.value()))
-        .collect();
-    let meshes = meshes.iter().filter_map(|&mesh| root.meshes.get(mesh));
-    let of_meshes = meshes.flat_map(|mesh| &mesh.primitives).flat_map(|part| {
-        let attributes = part.attributes.values().copied();
-        attributes.chain(part.indices)
-    });
-    let binds = root
-        .skins
-        .iter()
-        .flat_map(|skin| skin.inverse_bind_matrices);
-    let images = root.images.iter().filter_map(|image| image.buffer_view);
-    accessor_views(root, of_meshes.chain(binds))
-        .chain(images.map(|view| view.value()))
-        .collect()
-}
-
-/// Buffer views of accessors.
-fn accessor_views(
-    root: &Root,
-    accessors: impl Iterator<Item = Index<Accessor>>,
-) -> impl Iterator<Item = usize> {
-    let accessors = accessors.filter_map(|index| root.accessors.get(index.value()));
-    let views = accessors.flat_map(|accessor| {
-        let sparse = accessor.sparse.iter();
-        let own = sparse.flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
-        accessor.buffer_view.into_iter().chain(own)
-    });
-    views.map(|view| view.value())
-}
-
 /// JSON and binary chunk of a GLB container, or the whole file as JSON. Chunks of other types are
 /// skipped, as the specification requires.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
@@ -369,24 +316,6 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
     Ok((json, binary))
 }
 
-/// Bytes of a URI, which may be a data URI or a file.
-pub(super) fn fetch(
-    uri: &str,
-    load: &mut impl FnMut(&Path) -> Result<Vec<u8>, String>,
-) -> Result<Vec<u8>, String> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let (_, text) = data.split_once(";base64,").ok_or("not in base64")?;
-        return STANDARD.decode(text).map_err(|error| error.to_string());
-    }
-    let path = PathBuf::from(unescaped(uri).ok_or("its URI is no path")?);
-    // A file may only refer to files in its own folder or below, not elsewhere on the machine.
-    let stays = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-    if uri.contains(':') || !path.components().all(stays) {
-        return Err(format!("\"{uri}\" is not in the file's own folder"));
-    }
-    load(&path)
-}
-
 /// Decodes percent escapes.
 fn unescaped(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
@@ -420,14 +349,18 @@ fn without_nodeless(json: &[u8]) -> Option<Vec<u8>> {
     is_changed.then(|| serde_json::to_vec(&document).ok())?
 }
 
-impl Container {
+impl Container<'_> {
     /// Elements of an accessor, with `N` floats each. Integers must be normalised.
     pub(super) fn floats<const N: usize>(
         &self,
         index: usize,
         from: impl Fn() -> String,
     ) -> Result<Vec<[f32; N]>, GltfError> {
-        self.numbers(index, from, Err("its integers are not normalised"))
+        self.elements(index, from, |component, is_normalised| match component {
+            ComponentType::F32 => Ok(number),
+            _ if is_normalised => Ok(number),
+            _ => Err("its integers are not normalised"),
+        })
     }
 
     /// Elements of an accessor, with `N` floats each. Integers may be normalised or stand for themselves, as `KHR_mesh_quantization` allows.
@@ -436,20 +369,10 @@ impl Container {
         index: usize,
         from: impl Fn() -> String,
     ) -> Result<Vec<[f32; N]>, GltfError> {
-        self.numbers(index, from, Ok(whole_number))
-    }
-
-    /// Elements of an accessor, with `N` floats each. `whole` reads integers that are not normalised, or says why they are refused.
-    fn numbers<const N: usize>(
-        &self,
-        index: usize,
-        from: impl Fn() -> String,
-        whole: Result<Decode<f32>, &'static str>,
-    ) -> Result<Vec<[f32; N]>, GltfError> {
         self.elements(index, from, |component, is_normalised| match component {
             ComponentType::F32 => Ok(number),
             _ if is_normalised => Ok(number),
-            _ => whole,
+            _ => Ok(whole_number),
         })
     }
 
@@ -490,17 +413,12 @@ impl Container {
         }
         // Bytes of each of `count` elements of a view, from an offset in bytes on.
         let bytes = |view: Index<View>, offset: USize64, count: u64, size: usize| {
-            let missing = |what, index| GltfError::index(from(), what, index);
-            let (index, views) = (view.value(), &self.root.buffer_views);
-            let view = views
-                .get(index)
-                .ok_or_else(|| missing("buffer view", index))?;
-            let index = view.buffer.value();
-            let buffer = self.buffers.get(index).and_then(Option::as_ref);
-            let buffer = buffer.ok_or_else(|| missing("buffer", index))?;
-            let stride = view.byte_stride.map_or(size, |stride| stride.0);
+            let of_view = self.root.buffer_views.get(view.value());
+            let stride = of_view.and_then(|view| view.byte_stride);
+            let stride = stride.map_or(size, |stride| stride.0);
             let start = usize::try_from(offset.0).ok();
-            let bytes = within(buffer, view).and_then(|view| view.get(start?..));
+            let bytes = self.view(view.value(), &from)?;
+            let bytes = bytes.and_then(|view| view.get(start?..));
             let end = match count.checked_sub(1) {
                 None => Some(0),
                 // Overlapping elements are rejected, because they could expand a small file to large data.
@@ -523,33 +441,26 @@ impl Container {
                 .map(|bytes| std::array::from_fn(|at| part(bytes, at)))
                 .collect())
         };
-        let (offset, count) = (accessor.byte_offset.unwrap_or_default(), accessor.count.0);
-        let mut found = match (accessor.buffer_view, &accessor.sparse) {
-            (Some(view), _) => values(view, offset, count)?,
-            // Key times increase, so all but one are stored in a buffer, and other accessors have at
-            // most three elements for each key.
-            (None, Some(_)) if count <= self.bytes => vec![[T::default(); N]; count as usize],
-            (None, Some(_)) => {
-                return Err(wrong("it has more elements than the buffers have bytes"));
-            }
-            (None, None) => return Err(wrong("it has no buffer view")),
-        };
+        let (offset, length) = (accessor.byte_offset.unwrap_or_default(), accessor.count.0);
+        let own = |view| values(view, offset, length);
+        let own = accessor.buffer_view.map(own).transpose()?;
         let Some(sparse) = &accessor.sparse else {
-            return Ok(found);
+            return own.ok_or_else(|| wrong("it has no buffer view"));
         };
         let Checked::Valid(kind) = sparse.indices.component_type else {
             return Err(wrong("its sparse indices have no known type"));
         };
-        let (indices, own, count) = (&sparse.indices, &sparse.values, sparse.count.0);
-        let indices = bytes(
-            indices.buffer_view,
-            indices.byte_offset,
-            count,
-            kind.0.size(),
-        )?;
-        let own = values(own.buffer_view, own.byte_offset, count)?;
+        let (indices, others, count) = (&sparse.indices, &sparse.values, sparse.count.0);
+        let size = kind.0.size();
+        let indices = bytes(indices.buffer_view, indices.byte_offset, count, size)?;
+        let others = values(others.buffer_view, others.byte_offset, count)?;
+        // Key times increase, so all but one are stored in a buffer, and other accessors have at most three elements for each key.
+        if own.is_none() && length > self.bytes.get() {
+            return Err(wrong("it has more elements than the buffers have bytes"));
+        }
+        let mut found = own.unwrap_or_else(|| vec![[T::default(); N]; length as usize]);
         let mut next = 0;
-        for (bytes, value) in indices.zip(own) {
+        for (bytes, value) in indices.zip(others) {
             let index = little_endian(bytes);
             if index < next {
                 return Err(wrong("its sparse indices do not increase"));
@@ -601,25 +512,23 @@ mod tests {
 
     #[test]
     fn buffers_are_read_once_and_refused_when_they_are_too_large_together() {
+        let files = ["a", "a", "b", "a", "c"];
+        let buffers = files.map(|uri| format!(r#"{{"uri": "{uri}", "byteLength": 40}}"#));
+        let buffers = buffers.join(",");
+        let text = format!(r#"{{"asset": {{"version": "2.0"}}, "buffers": [{buffers}]}}"#);
         let mut reads = 0;
-        let mut files = BufferFiles {
-            load: |_: &Path| {
-                reads += 1;
-                Ok(vec![7; 40])
-            },
-            read: HashMap::new(),
-            most: 100,
-            bytes: 0,
+        let mut load = |_: &Path| {
+            reads += 1;
+            Ok(vec![7; 40])
         };
-        for uri in ["a.bin", "a.bin", "b.bin", "a.bin"] {
-            assert_eq!(files.get(uri).unwrap().len(), 40);
-        }
-        assert_eq!(files.bytes, 80);
-        let error = files.get("c.bin").unwrap_err();
-        assert_eq!(
-            error,
-            "with it, the buffers have more than 100 bytes together"
-        );
+        let mut container = Container::parse(text.as_bytes(), &mut load).unwrap();
+        container.most = 100;
+        let read = |index| container.buffer(index, String::new).map(<[u8]>::len);
+        assert_eq!([0, 1, 2, 3].map(|index| read(index).unwrap()), [40; 4]);
+        assert_eq!(container.bytes.get(), 80);
+        let error = read(4).unwrap_err().to_string();
+        let said = "buffer 4: with it, the buffers have more than 100 bytes together";
+        assert_eq!(error, said);
         assert_eq!(reads, 3);
     }
 }

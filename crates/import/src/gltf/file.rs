@@ -5,14 +5,14 @@ use glam::{DMat3, Quat, Vec3};
 use serde::Deserialize;
 
 use super::GltfError;
-use super::animation::{Frames, Moves, Tracks};
-use super::buffers::{Container, ReadPurpose};
+use super::animation::{Frames, Tracks, moved_nodes, moves_any};
+use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
-use crate::bvh::{MotionError, UsedNames, repeated_names};
+use crate::bvh::{UsedNames, repeated_names};
 use crate::figure::{clip_of_poses, mapped};
 use crate::rotation::{nearest_rotation, outer};
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
-use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton};
+use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
 ///
@@ -21,11 +21,16 @@ use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton};
 /// root, such as a rotation from Z up to Y up, become part of the root's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GltfFile {
-    skeleton: Skeleton,
-    nodes: Vec<usize>,
-    repeated_names: Vec<String>,
-    animations: Vec<GltfAnimation>,
-    notes: Vec<String>,
+    /// Skeleton, in the file's unit.
+    pub skeleton: Skeleton,
+    /// Node of each joint.
+    pub nodes: Vec<usize>,
+    /// The names that several joints have in the file; all but the first of each were renamed.
+    pub repeated_names: Vec<String>,
+    /// Animations in the order of the file, at least one.
+    pub animations: Vec<GltfAnimation>,
+    /// What was left out of the file, one line each.
+    pub notes: Vec<String>,
 }
 
 /// One animation of a [`GltfFile`].
@@ -53,9 +58,9 @@ impl GltfFile {
     /// The first error, with its position.
     pub fn parse(
         bytes: &[u8],
-        load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+        mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
-        let container = Container::parse(bytes, ReadPurpose::Motion, load)?;
+        let container = Container::parse(bytes, &mut load)?;
         let mut nodes = Nodes::of(&container.root)?;
         let beyond = nodes.leave_out_ends_of_ends(&container.root);
         let mut notes: Vec<String> =
@@ -71,21 +76,20 @@ impl GltfFile {
         let rig = Rig::new(&container, &nodes);
         let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();
         let is_moving = |node: usize| of_rig.contains(&node);
-        let moves = Moves::of(&container, is_moving)?;
-        if moves.nodes.is_empty() {
+        let moved = moved_nodes(&container, is_moving)?;
+        if moved.is_empty() {
             return Err(GltfError::NoAnimation);
         }
-        let skeleton = rig.skeleton(&container, &moves.nodes)?;
+        let skeleton = rig.skeleton(&container, &moved)?;
         let (mut animations, mut entries) = (Vec::new(), 0);
         let mut taken = UsedNames::default();
-        let all = container.root.animations.iter().zip(moves.animations);
-        for (index, (animation, has_tracks)) in all.enumerate() {
+        for (index, animation) in container.root.animations.iter().enumerate() {
             let name = animation
                 .name
                 .clone()
                 .unwrap_or_else(|| format!("animation_{index}"));
             let name = taken.first_free(&name, "_");
-            if !has_tracks {
+            if !moves_any(animation, is_moving) {
                 notes.push(format!(
                     "animation \"{name}\" moves no joint and is left out"
                 ));
@@ -112,36 +116,6 @@ impl GltfFile {
         })
     }
 
-    /// What was left out of the file, one line each.
-    #[must_use]
-    pub fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
-    /// Skeleton, in the file's unit.
-    #[must_use]
-    pub fn skeleton(&self) -> &Skeleton {
-        &self.skeleton
-    }
-
-    /// Node of each joint.
-    #[must_use]
-    pub fn nodes(&self) -> &[usize] {
-        &self.nodes
-    }
-
-    /// The names that several joints have in the file; all but the first of each were renamed.
-    #[must_use]
-    pub fn repeated_names(&self) -> &[String] {
-        &self.repeated_names
-    }
-
-    /// Animations in the order of the file, at least one.
-    #[must_use]
-    pub fn animations(&self) -> &[GltfAnimation] {
-        &self.animations
-    }
-
     /// Skeleton and motion of one animation, in metres.
     ///
     /// # Errors
@@ -151,11 +125,11 @@ impl GltfFile {
         animation: &GltfAnimation,
         name: &str,
         metres_per_unit: f64,
-    ) -> Result<(Skeleton, Clip), MotionError> {
+    ) -> Result<(Skeleton, Clip), ClipError> {
         let metres = |place: Vec3| (place.as_dvec3() * metres_per_unit).as_vec3();
         let mut desc = animation.clip.desc();
         name.clone_into(&mut desc.name);
-        Ok(mapped(&self.skeleton, desc, metres, |rotation| rotation)?)
+        mapped(&self.skeleton, desc, metres, |rotation| rotation)
     }
 }
 
@@ -303,7 +277,7 @@ impl<'a> Rig<'a> {
         Ok(Skeleton::new(joints)?)
     }
 
-    /// Samples an animation. `entries` counts the frames times joints of all animations.
+    /// Samples an animation. `entries` counts the frames times joints of all animations, with the nodes above the root.
     fn clip(
         &self,
         skeleton: &Skeleton,
@@ -311,7 +285,7 @@ impl<'a> Rig<'a> {
         entries: &mut u64,
     ) -> Result<Clip, GltfError> {
         let frames = Frames::of(tracks.times().collect::<Vec<_>>().into_iter());
-        let joints = skeleton.len();
+        let joints = self.chain.len();
         let own = frames.count.saturating_mul(joints as u64);
         *entries = entries.saturating_add(own);
         if *entries > MOST_ENTRIES {

@@ -8,7 +8,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
 use std::path::Path;
-use std::rc::Rc;
 
 use glam::{Affine2, Affine3A, Mat3A, Mat4, Quat, Vec2, Vec3};
 use gltf_json::accessor::Type;
@@ -17,7 +16,7 @@ use gltf_json::texture::Info;
 use gltf_json::validation::Checked;
 
 use super::GltfError;
-use super::buffers::{Container, ReadPurpose, fetch};
+use super::buffers::{Container, unread};
 use super::nodes::{Local, Nodes, World, node_name};
 use crate::bvh::UsedNames;
 use sabaki::anim::Skeleton;
@@ -84,10 +83,12 @@ impl SkinnedMesh {
         bytes: &[u8],
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
-        let container = Container::parse(bytes, ReadPurpose::Mesh, &mut load)?;
+        let container = Container::parse(bytes, &mut load)?;
+        if let Some(name) = unread(&container.root.extensions_required).next() {
+            return Err(GltfError::Extension(name.clone()));
+        }
         let (mut parts, [unskinned, no_triangles, morphs]) = parts(&container)?;
         let skins: BTreeSet<usize> = parts.iter().map(|part| part.skin).collect();
-        let rig = Rig::of(&container, &skins)?;
         let mut of_images = HashMap::new();
         for part in &parts {
             *of_images.entry(part.image).or_insert(0) += part.vertices;
@@ -97,23 +98,35 @@ impl SkinnedMesh {
             .iter()
             .max_by_key(|&(&image, &vertices)| (vertices, std::cmp::Reverse(image)));
         let main = main.and_then(|(&image, _)| image);
-        // Each image is decoded once, and only the mesh's own and the current one are in memory.
         parts.sort_by_key(|part| part.image);
         let mut builder = Builder {
             container: &container,
-            rig: &rig,
-            load: &mut load,
-            main,
-            own: None,
-            last: None,
+            rig: Rig::of(&container, &skins)?,
             vertices: Vec::new(),
             triangles: Vec::new(),
             many_joints: 0,
         };
-        for part in &parts {
-            builder.add(part)?;
+        // Each image is decoded once, and only the mesh's own and the current one are in memory.
+        let mut texture = None;
+        for parts in parts.chunk_by(|a, b| a.image == b.image) {
+            let image = parts[0].image;
+            let decoded = image.map(|image| decoded(&container, image)).transpose()?;
+            let other = decoded.as_ref().filter(|_| image != main);
+            for part in parts {
+                builder.add(part, other)?;
+            }
+            if image == main {
+                texture = decoded;
+            }
         }
-        if builder.triangles.is_empty() {
+        let Builder {
+            vertices,
+            triangles,
+            many_joints,
+            rig,
+            ..
+        } = builder;
+        if triangles.is_empty() {
             return Err(GltfError::NoMesh);
         }
         let mut notes: Vec<String> = Container::note_of_extensions(&container.root.extensions_used)
@@ -134,16 +147,16 @@ impl SkinnedMesh {
                 "textures beside that of most vertices become colours of vertices",
             ),
             (
-                builder.many_joints,
+                many_joints,
                 "vertices with more than four joints keep the strongest four",
             ),
         ];
         let simplified = simplified.iter().filter(|(count, _)| *count > 0);
         notes.extend(simplified.map(|(count, what)| format!("{what}: {count}")));
         Ok(Self {
-            vertices: builder.vertices,
-            triangles: builder.triangles,
-            texture: builder.own.map(Rc::unwrap_or_clone),
+            vertices,
+            triangles,
+            texture,
             joints: rig.joints,
             notes,
             generator: container.root.asset.generator.clone().unwrap_or_default(),
@@ -157,13 +170,16 @@ struct Part<'a> {
     primitive: &'a Primitive,
     /// Number of its vertices, above 0.
     vertices: u64,
-    /// Image of its base colour.
+    /// Linear colour of its material.
+    factor: [f32; 4],
+    /// Texture of its base colour, and the image of that.
+    texture: Option<&'a Info>,
     image: Option<usize>,
 }
 
 /// All triangles that skins move, node by node; and numbers of nodes without a skin, of parts that are no skinned triangles, and of parts
 /// with morph targets.
-fn parts(container: &Container) -> Result<(Vec<Part<'_>>, [usize; 3]), GltfError> {
+fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3]), GltfError> {
     const NEEDED: [Semantic; 3] = [
         Semantic::Positions,
         Semantic::Joints(0),
@@ -205,11 +221,13 @@ fn parts(container: &Container) -> Result<(Vec<Part<'_>>, [usize; 3]), GltfError
             if total > MOST_VERTICES as u64 {
                 return Err(TOO_LARGE);
             }
-            let (_, texture) = material(container, primitive)?;
+            let (factor, texture) = material(container, primitive)?;
             parts.push(Part {
                 skin: skin.value(),
                 primitive,
                 vertices,
+                factor,
+                texture: texture.map(|(info, _)| info),
                 image: texture.map(|(_, image)| image),
             });
         }
@@ -228,7 +246,10 @@ fn attribute(primitive: &Primitive, wanted: Semantic) -> Option<usize> {
 /// Linear colour of a primitive's material, and its texture with the image.
 type Base<'a> = ([f32; 4], Option<(&'a Info, usize)>);
 
-fn material<'a>(container: &'a Container, primitive: &Primitive) -> Result<Base<'a>, GltfError> {
+fn material<'a>(
+    container: &'a Container<'a>,
+    primitive: &Primitive,
+) -> Result<Base<'a>, GltfError> {
     let root = &container.root;
     let Some(material) = primitive.material else {
         return Ok(([1.0; 4], None));
@@ -258,7 +279,7 @@ struct Skin {
 
 /// The joints of all skins that move something.
 struct Rig<'a> {
-    container: &'a Container,
+    container: &'a Container<'a>,
     nodes: Nodes,
     /// Names of the nodes that are joints of the skeleton.
     names: HashMap<usize, String>,
@@ -275,7 +296,7 @@ struct Rig<'a> {
 }
 
 impl<'a> Rig<'a> {
-    fn of(container: &'a Container, used: &BTreeSet<usize>) -> Result<Self, GltfError> {
+    fn of(container: &'a Container<'a>, used: &BTreeSet<usize>) -> Result<Self, GltfError> {
         let root = &container.root;
         let largest = root
             .skins
@@ -334,7 +355,7 @@ impl<'a> Rig<'a> {
         own.sort_by_cached_key(|&(_, node)| {
             (
                 places.get(&node).copied().unwrap_or(usize::MAX),
-                self.nodes.ancestry(node).count(),
+                self.nodes.depths[node],
             )
         });
         let mut found = Skin {
@@ -423,17 +444,9 @@ fn orthogonal(frame: &Affine3A) -> Mat3A {
     Mat3A::from_quat(rotation) * Mat3A::from_diagonal(scale.signum())
 }
 
-struct Builder<'a, 'l> {
-    container: &'a Container,
-    rig: &'a Rig<'a>,
-    /// Reads external files.
-    load: &'l mut dyn FnMut(&Path) -> Result<Vec<u8>, String>,
-    /// Image that most vertices have.
-    main: Option<usize>,
-    /// The main image, once it is decoded.
-    own: Option<Rc<Texture>>,
-    /// The last other image that was decoded.
-    last: Option<(usize, Rc<Texture>)>,
+struct Builder<'a> {
+    container: &'a Container<'a>,
+    rig: Rig<'a>,
     vertices: Vec<SkinVertex>,
     triangles: Vec<[u32; 3]>,
     /// Number of vertices with more than four joints.
@@ -445,20 +458,26 @@ fn from() -> String {
     "a primitive".to_owned()
 }
 
-impl Builder<'_, '_> {
-    fn add(&mut self, part: &Part) -> Result<(), GltfError> {
+/// The values of an attribute, if there are as many as vertices.
+fn checked<T>(values: Vec<T>, vertices: usize) -> Result<Vec<T>, GltfError> {
+    match values.len() == vertices {
+        true => Ok(values),
+        false => Err(GltfError::Mesh(
+            "attributes have different numbers of elements",
+        )),
+    }
+}
+
+impl Builder<'_> {
+    /// Adds the triangles of a part. `other` is their texture, if it is not the mesh's own; then it is sampled.
+    fn add(&mut self, part: &Part, other: Option<&Texture>) -> Result<(), GltfError> {
         let (container, primitive) = (self.container, part.primitive);
         let find = |wanted| attribute(primitive, wanted);
         let Some(positions) = find(Semantic::Positions) else {
             return Ok(());
         };
         let positions = container.coordinates::<3>(positions, from)?;
-        let alike = |length: usize| match length == positions.len() {
-            true => Ok(()),
-            false => Err(GltfError::Mesh(
-                "attributes have different numbers of elements",
-            )),
-        };
+        let count = positions.len();
         let mut influences = Vec::new();
         for set in 0..MOST_SETS {
             let (Some(joints), Some(weights)) =
@@ -466,26 +485,23 @@ impl Builder<'_, '_> {
             else {
                 break;
             };
-            let joints = container.integers::<4>(joints, from)?;
-            let weights = container.floats::<4>(weights, from)?;
-            alike(joints.len()).and_then(|()| alike(weights.len()))?;
+            let joints = checked(container.integers::<4>(joints, from)?, count)?;
+            let weights = checked(container.floats::<4>(weights, from)?, count)?;
             influences.push((joints, weights));
         }
-        let material = self.material(primitive)?;
-        let uvs = material
-            .texture_set
-            .and_then(|set| find(Semantic::TexCoords(set)));
-        let uvs = uvs.map(|index| container.coordinates::<2>(index, from));
+        let (uv_set, placement) = part.texture.map(placement).unzip();
+        let placement = placement.unwrap_or(Affine2::IDENTITY);
+        let uvs = uv_set.and_then(|set| find(Semantic::TexCoords(set)));
+        let uvs = uvs.map(|index| checked(container.coordinates::<2>(index, from)?, count));
         let uvs = uvs.transpose()?;
-        let normals = find(Semantic::Normals).map(|index| container.coordinates::<3>(index, from));
+        let normals = find(Semantic::Normals);
+        let normals = normals.map(|index| checked(container.coordinates::<3>(index, from)?, count));
         let normals = normals.transpose()?;
-        let colours = find(Semantic::Colors(0)).map(|index| self.colours(index));
+        let colours = find(Semantic::Colors(0));
+        let colours = colours.map(|index| checked(self.colours(index)?, count));
         let colours = colours.transpose()?;
         let first = self.vertices.len() as u32;
-        let mut triangles = self.triangles_of(primitive, positions.len())?;
-        uvs.as_ref().map_or(Ok(()), |all| alike(all.len()))?;
-        normals.as_ref().map_or(Ok(()), |all| alike(all.len()))?;
-        colours.as_ref().map_or(Ok(()), |all| alike(all.len()))?;
+        let mut triangles = self.triangles_of(primitive, count)?;
         let enough = |held: usize, more: usize| held + more <= MOST_VERTICES;
         if !enough(self.vertices.len(), positions.len())
             || !enough(self.triangles.len(), triangles.len())
@@ -497,11 +513,11 @@ impl Builder<'_, '_> {
         };
         for (index, &position) in positions.iter().enumerate() {
             let uv = uvs.as_ref().map(|uvs| Vec2::from(uvs[index]));
-            let uv = uv.map(|uv| material.placement.transform_point2(uv));
+            let uv = uv.map(|uv| placement.transform_point2(uv));
             let of_vertex = influences
                 .iter()
                 .flat_map(|(joints, weights)| joints[index].into_iter().zip(weights[index]));
-            let (joints, weights) = self.strongest(of_vertex)?;
+            let (joints, weights) = strongest(of_vertex, &mut self.many_joints)?;
             let mut moves = Affine3A::ZERO;
             let mut of_mesh = [0; 4];
             for ((joint, &weight), found) in joints.into_iter().zip(&weights).zip(&mut of_mesh) {
@@ -514,20 +530,15 @@ impl Builder<'_, '_> {
                 }
             }
             let normal = normals.as_ref().map_or(Vec3::ZERO, |all| all[index].into());
-            // A texture that is not the mesh's own is sampled.
-            let texel = match (&material.other, uv) {
-                (Some(texture), Some(uv)) => texture.nearest(uv),
-                _ => [1.0; 4],
-            };
-            let (factor, own) = (
-                material.factor,
-                colours.as_ref().map_or([1.0; 4], |all| all[index]),
-            );
+            let texel = other.zip(uv).map(|(texture, uv)| texture.nearest(uv));
+            let texel = texel.unwrap_or([1.0; 4]);
+            let own = colours.as_ref().map_or([1.0; 4], |all| all[index]);
             let vertex = SkinVertex {
                 position: moves.transform_point3(position.into()),
                 normal: moves.transform_vector3(normal).normalize_or_zero(),
-                uv: uv.filter(|_| material.is_main),
-                colour: [0, 1, 2, 3].map(|part| factor[part] * texel[part] * own[part]),
+                uv: uv.filter(|_| other.is_none()),
+                colour: [0, 1, 2, 3]
+                    .map(|channel| part.factor[channel] * texel[channel] * own[channel]),
                 joints: of_mesh,
                 weights,
             };
@@ -589,85 +600,6 @@ impl Builder<'_, '_> {
         Ok(triangles.to_vec())
     }
 
-    /// The joints of the largest weights, and the weights with a sum of 1.
-    fn strongest(
-        &mut self,
-        influences: impl Iterator<Item = (u32, f32)>,
-    ) -> Result<([u32; 4], [f32; 4]), GltfError> {
-        let mut all: Vec<(u32, f32)> = influences.filter(|&(_, weight)| weight > 0.0).collect();
-        if all.len() > 4 {
-            self.many_joints += 1;
-            all.sort_by(|a, b| b.1.total_cmp(&a.1));
-            all.truncate(4);
-        }
-        let sum: f32 = all.iter().map(|&(_, weight)| weight).sum();
-        if !(1e-6..=1e6).contains(&sum) {
-            return Err(GltfError::Mesh("the weights of a vertex have no sum"));
-        }
-        let (mut joints, mut weights) = ([0; 4], [0.0; 4]);
-        for (at, (joint, weight)) in all.into_iter().enumerate() {
-            (joints[at], weights[at]) = (joint, weight / sum);
-        }
-        Ok((joints, weights))
-    }
-
-    fn material(&mut self, primitive: &Primitive) -> Result<Material, GltfError> {
-        let (factor, texture) = material(self.container, primitive)?;
-        let mut found = Material {
-            factor,
-            texture_set: None,
-            placement: Affine2::IDENTITY,
-            is_main: false,
-            other: None,
-        };
-        let Some((info, image)) = texture else {
-            return Ok(found);
-        };
-        let decoded = self.image(image)?;
-        found.texture_set = Some(info.tex_coord);
-        let extensions = info.extensions.as_ref();
-        if let Some(transform) = extensions.and_then(|all| all.texture_transform.as_ref()) {
-            let (scale, offset) = (transform.scale.0.into(), transform.offset.0.into());
-            found.texture_set = transform.tex_coord.or(found.texture_set);
-            // Its angle turns the image, and with it v downwards.
-            found.placement =
-                Affine2::from_scale_angle_translation(scale, -transform.rotation.0, offset);
-        }
-        found.is_main = self.main == Some(image);
-        found.other = (!found.is_main).then_some(decoded);
-        Ok(found)
-    }
-
-    fn image(&mut self, index: usize) -> Result<Rc<Texture>, GltfError> {
-        let is_main = self.main == Some(index);
-        let last = self.last.as_ref().filter(|(last, _)| *last == index);
-        let known = match is_main {
-            true => self.own.as_ref(),
-            false => last.map(|(_, texture)| texture),
-        };
-        if let Some(texture) = known {
-            return Ok(Rc::clone(texture));
-        }
-        let image = self.container.root.images.get(index);
-        let image = image.ok_or_else(|| GltfError::index("a texture", "image", index))?;
-        let texture = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => fetch(uri, &mut self.load).and_then(|bytes| Texture::decode(&bytes)),
-            (None, Some(view)) => {
-                let bytes = self.container.view(view.value());
-                let bytes = bytes.ok_or_else(|| "it has no bytes".to_owned());
-                bytes.and_then(Texture::decode)
-            }
-            (None, None) => Err("it has neither a URI nor a buffer view".to_owned()),
-        };
-        let failed = |problem| GltfError::part(format!("image {index}"), problem);
-        let texture = Rc::new(texture.map_err(failed)?);
-        match is_main {
-            true => self.own = Some(Rc::clone(&texture)),
-            false => self.last = Some((index, Rc::clone(&texture))),
-        }
-        Ok(texture)
-    }
-
     /// Computes normals from triangles. Vertices with the same position share a normal.
     fn smooth_normals(&mut self, first: usize, triangles: &[[u32; 3]]) {
         let vertices = &mut self.vertices[first..];
@@ -687,21 +619,62 @@ impl Builder<'_, '_> {
     }
 }
 
+/// The joints of the largest weights, and the weights with a sum of 1. Counts vertices with more than four.
+fn strongest(
+    influences: impl Iterator<Item = (u32, f32)>,
+    many_joints: &mut usize,
+) -> Result<([u32; 4], [f32; 4]), GltfError> {
+    let mut all: Vec<(u32, f32)> = influences.filter(|&(_, weight)| weight > 0.0).collect();
+    if all.len() > 4 {
+        *many_joints += 1;
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        all.truncate(4);
+    }
+    let sum: f32 = all.iter().map(|&(_, weight)| weight).sum();
+    if !(1e-6..=1e6).contains(&sum) {
+        return Err(GltfError::Mesh("the weights of a vertex have no sum"));
+    }
+    let (mut joints, mut weights) = ([0; 4], [0.0; 4]);
+    for (at, (joint, weight)) in all.into_iter().enumerate() {
+        (joints[at], weights[at]) = (joint, weight / sum);
+    }
+    Ok((joints, weights))
+}
+
 /// Most sets of four joints that a vertex may have.
 const MOST_SETS: u32 = 8;
 
-/// Colour and texture of a primitive.
-struct Material {
-    /// Linear colour.
-    factor: [f32; 4],
-    /// Set of the texture coordinates, if there is a texture.
-    texture_set: Option<u32>,
-    /// From the texture coordinates of the file to those of the image (`KHR_texture_transform`).
-    placement: Affine2,
-    /// Whether the texture is the mesh's own.
-    is_main: bool,
-    /// Texture, if it is not the mesh's own.
-    other: Option<Rc<Texture>>,
+/// Set of a texture's coordinates, and how they become those of the image (`KHR_texture_transform`).
+fn placement(info: &Info) -> (u32, Affine2) {
+    let extensions = info.extensions.as_ref();
+    let Some(transform) = extensions.and_then(|all| all.texture_transform.as_ref()) else {
+        return (info.tex_coord, Affine2::IDENTITY);
+    };
+    let (scale, offset) = (transform.scale.0.into(), transform.offset.0.into());
+    // Its angle turns the image, and with it v downwards.
+    let angle = -transform.rotation.0;
+    (
+        transform.tex_coord.unwrap_or(info.tex_coord),
+        Affine2::from_scale_angle_translation(scale, angle, offset),
+    )
+}
+
+/// An image of the file.
+fn decoded(container: &Container, index: usize) -> Result<Texture, GltfError> {
+    let image = container.root.images.get(index);
+    let image = image.ok_or_else(|| GltfError::index("a texture", "image", index))?;
+    let texture = match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => container
+            .fetch(uri)
+            .and_then(|bytes| Texture::decode(&bytes)),
+        (None, Some(view)) => {
+            let bytes = container.view(view.value(), || format!("image {index}"))?;
+            let bytes = bytes.ok_or_else(|| "it has no bytes".to_owned());
+            bytes.and_then(Texture::decode)
+        }
+        (None, None) => Err("it has neither a URI nor a buffer view".to_owned()),
+    };
+    texture.map_err(|problem| GltfError::part(format!("image {index}"), problem))
 }
 
 /// Maximum width and height of a texture, in texels. It limits memory.

@@ -77,7 +77,7 @@ pub enum GltfError {
     /// The joints have no common root.
     #[error("the joints hang on several roots: nodes {0} and {1} have no ancestor in common")]
     Roots(usize, usize),
-    /// There are more joints than the maximum.
+    /// There are more joints, or nodes one below the other, than the maximum.
     #[error("more than {max} joints", max = Skeleton::MAX_JOINTS)]
     TooManyJoints,
     /// The animations would need too much memory.

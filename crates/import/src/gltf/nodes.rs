@@ -1,6 +1,6 @@
 //! Determines which nodes are joints, and their hierarchy.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Quat, Vec3};
 use gltf_json::animation::Property;
@@ -15,6 +15,8 @@ use sabaki::anim::Skeleton;
 pub(super) struct Nodes {
     /// Parent of each node.
     parents: Vec<Option<usize>>,
+    /// Number of nodes above each node, below [`Skeleton::MAX_JOINTS`].
+    pub(super) depths: Vec<usize>,
     /// Nodes above the skeleton's root, from the top down. They move the skeleton as a whole.
     pub(super) above: Vec<usize>,
     /// Joints, the root first, parents before children.
@@ -32,52 +34,52 @@ pub(super) struct Local {
 impl Nodes {
     pub(super) fn of(root: &Root) -> Result<Self, GltfError> {
         let parents = parents(&root.nodes)?;
-        check_cycles(&parents)?;
+        let order = top_down(&root.nodes, &parents);
+        if order.len() < parents.len() {
+            let known: HashSet<usize> = order.into_iter().collect();
+            let lost = (0..parents.len()).find(|node| !known.contains(node));
+            return Err(GltfError::Tree(lost.unwrap_or(0)));
+        }
         let wanted = wanted(root)?;
+        let &first = wanted.first().ok_or(GltfError::NoJoints)?;
+        // Number of wanted nodes from each node on downwards.
+        let mut below = vec![0; parents.len()];
+        for &node in &wanted {
+            below[node] = 1;
+        }
+        for &node in order.iter().rev() {
+            if let Some(parent) = parents[node] {
+                below[parent] += below[node];
+            }
+        }
+        let mut depths = vec![0; parents.len()];
+        for &node in &order {
+            depths[node] = parents[node].map_or(0, |parent| depths[parent] + 1);
+        }
+        if depths.iter().any(|&depth| depth >= Skeleton::MAX_JOINTS) {
+            return Err(GltfError::TooManyJoints);
+        }
         let mut nodes = Self {
             parents,
+            depths,
             above: Vec::new(),
             joints: Vec::new(),
         };
-        let (&first, rest) = wanted.split_first().ok_or(GltfError::NoJoints)?;
-        // The part of the first joint's ancestry that all other joints share.
-        let mut path: Vec<usize> = nodes.ancestry(first).collect();
-        path.reverse();
-        let depths: HashMap<usize, usize> = path
-            .iter()
-            .enumerate()
-            .map(|(depth, &node)| (node, depth))
-            .collect();
-        let mut shared = path.len() - 1;
-        for &node in rest {
-            let meets = nodes.ancestry(node).find_map(|above| depths.get(&above));
-            let depth = *meets.ok_or(GltfError::Roots(first, node))?;
-            shared = shared.min(depth);
+        // Those that carry all are each above the next.
+        let carries_all = |&node: &usize| below[node] == wanted.len();
+        let Some(top) = order.iter().rposition(carries_all) else {
+            let root = |&node: &usize| nodes.ancestry(node).last();
+            let other = wanted.iter().find(|node| root(node) != root(&first));
+            return Err(GltfError::Roots(first, *other.unwrap_or(&first)));
+        };
+        nodes.above = nodes.ancestry(order[top]).skip(1).collect();
+        nodes.above.reverse();
+        let inside = order[top..].iter().filter(|&&node| below[node] > 0);
+        nodes.joints.extend(inside);
+        match nodes.joints.len() > Skeleton::MAX_JOINTS {
+            true => Err(GltfError::TooManyJoints),
+            false => Ok(nodes),
         }
-        path.truncate(shared + 1);
-        let top = path.pop().unwrap_or(first);
-        nodes.above = path;
-        let mut inside = HashSet::from([top]);
-        for &node in &wanted {
-            let way = nodes.ancestry(node).take_while(|&node| node != top);
-            // Ancestors of a node that is already included are included too.
-            let new: Vec<usize> = way.take_while(|node| !inside.contains(node)).collect();
-            inside.extend(new);
-        }
-        if inside.len() > Skeleton::MAX_JOINTS {
-            return Err(GltfError::TooManyJoints);
-        }
-        let mut open = vec![top];
-        while let Some(node) = open.pop() {
-            nodes.joints.push(node);
-            let children = root.nodes[node].children.iter().flatten().rev();
-            open.extend(
-                children
-                    .map(|child| child.value())
-                    .filter(|child| inside.contains(child)),
-            );
-        }
-        Ok(nodes)
     }
 
     /// Leaves out unmoved leaves below joints that are ends by their names, as `HeadTop_End_end` below `HeadTop_End`. Exporters add a leaf of
@@ -136,25 +138,17 @@ fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {
     Ok(parents)
 }
 
-/// Checks for cycles. Every node has at most one parent, so a walk upwards either ends or returns
-/// to its start.
-fn check_cycles(parents: &[Option<usize>]) -> Result<(), GltfError> {
-    // For each node, the last walk that visited it.
-    let mut seen = vec![usize::MAX; parents.len()];
-    for start in 0..parents.len() {
-        let mut at = Some(start);
-        while let Some(node) = at {
-            if seen[node] == start {
-                return Err(GltfError::Tree(node));
-            }
-            if seen[node] != usize::MAX {
-                break;
-            }
-            seen[node] = start;
-            at = parents[node];
-        }
+/// The nodes of all trees, parents before children. Nodes on a cycle are in none.
+fn top_down(nodes: &[scene::Node], parents: &[Option<usize>]) -> Vec<usize> {
+    let roots = (0..nodes.len()).filter(|&node| parents[node].is_none());
+    let mut open: Vec<usize> = roots.rev().collect();
+    let mut order = Vec::with_capacity(nodes.len());
+    while let Some(node) = open.pop() {
+        order.push(node);
+        let children = nodes[node].children.iter().flatten().rev();
+        open.extend(children.map(|child| child.value()));
     }
-    Ok(())
+    order
 }
 
 /// Nodes of the largest skin or, without skins, the animated nodes and all their descendants.

@@ -194,33 +194,29 @@ impl Buffer {
 
     /// Adds the joints of vertices, and returns the index of their accessor.
     pub(crate) fn joints(&mut self, joints: &[[u16; 4]], target: Option<u32>) -> usize {
-        let start = self.bytes.len();
         let words = joints.as_flattened().iter();
-        self.bytes
-            .extend(words.flat_map(|joint| joint.to_le_bytes()));
-        let accessor =
-            json!({ "componentType": UNSIGNED_SHORT, "count": joints.len(), "type": "VEC4" });
-        self.accessor(start, accessor, target)
+        let words = words.map(|joint| joint.to_le_bytes());
+        self.add(UNSIGNED_SHORT, "VEC4", words, target)
     }
 
     /// Adds the corners of triangles, and returns the index of their accessor.
     pub(crate) fn indices(&mut self, corners: &[u32], target: Option<u32>) -> usize {
-        let start = self.bytes.len();
-        let words = corners.iter().flat_map(|corner| corner.to_le_bytes());
-        self.bytes.extend(words);
-        let accessor =
-            json!({ "componentType": UNSIGNED_INT, "count": corners.len(), "type": "SCALAR" });
-        self.accessor(start, accessor, target)
-    }
-
-    /// Adds an accessor of everything that was written from `start` on, and returns its index.
-    fn accessor(&mut self, start: usize, mut accessor: Value, target: Option<u32>) -> usize {
-        accessor["bufferView"] = json!(self.view(start, target));
-        self.accessors.push(accessor);
-        self.accessors.len() - 1
+        let words = corners.iter().map(|corner| corner.to_le_bytes());
+        self.add(UNSIGNED_INT, "SCALAR", words, target)
     }
 
     pub(crate) fn floats(&mut self, kind: &str, floats: impl Iterator<Item = f32>) -> usize {
+        self.add(FLOAT, kind, floats.map(f32::to_le_bytes), None)
+    }
+
+    /// Adds an accessor of numbers, and returns its index.
+    fn add<const N: usize>(
+        &mut self,
+        component: u32,
+        kind: &str,
+        numbers: impl Iterator<Item = [u8; N]>,
+        target: Option<u32>,
+    ) -> usize {
         let width = match kind {
             "SCALAR" => 1,
             "VEC2" => 2,
@@ -229,10 +225,13 @@ impl Buffer {
             _ => 16,
         };
         let start = self.bytes.len();
-        floats.for_each(|float| self.bytes.extend(float.to_le_bytes()));
-        let count = (self.bytes.len() - start) / (4 * width);
-        let accessor = json!({ "componentType": FLOAT, "count": count, "type": kind });
-        self.accessor(start, accessor, None)
+        numbers.for_each(|number| self.bytes.extend(number));
+        let count = (self.bytes.len() - start) / (N * width);
+        let view = self.view(start, target);
+        self.accessors.push(
+            json!({ "bufferView": view, "componentType": component, "count": count, "type": kind }),
+        );
+        self.accessors.len() - 1
     }
 
     /// Adds floats with their bounds, which times and positions require.
