@@ -26,26 +26,19 @@ pub(crate) struct Counts {
     pub(crate) serial: u32,
 }
 
-/// Settings of [`Counts`].
-pub(crate) struct CountsDesc<'a> {
-    /// Name for debuggers and validation.
-    pub(crate) name: &'a str,
-    /// Number of counts. Each is one word.
-    pub(crate) words: u64,
-    /// Usage by commands that write the counts, besides copies and fills.
-    pub(crate) usage: vk::BufferUsageFlags,
-}
-
 impl Counts {
-    /// Creates the buffer. Frees it if a later step fails.
+    /// Creates the buffer for a number of counts, each one word. `usage` is that by the commands that write them, besides copies and fills.
+    /// Frees the buffer if a later step fails.
     pub(crate) fn new(
         device: &mut DeviceMemory<'_>,
-        desc: &CountsDesc<'_>,
+        name: &str,
+        words: u64,
+        usage: vk::BufferUsageFlags,
     ) -> Result<Self, GpuError> {
         let buffer = device.buffer(BufferDesc {
-            name: desc.name,
-            size: HEADER + 4 * desc.words,
-            usage: desc.usage | vk::BufferUsageFlags::TRANSFER_DST,
+            name,
+            size: HEADER + 4 * words,
+            usage: usage | vk::BufferUsageFlags::TRANSFER_DST,
             memory: MemoryUse::Readback,
         })?;
         let mut counts = Self { buffer, serial: 0 };
@@ -60,9 +53,13 @@ impl Counts {
         Ok(counts)
     }
 
-    /// Assigns a new number to the cull that is recorded now.
+    /// Assigns a new number to the cull that is recorded now. It is never 0.
     pub(crate) fn start(&mut self) {
-        self.serial = next_serial();
+        let next = || NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);
+        self.serial = match next() {
+            0 => next(),
+            serial => serial,
+        };
     }
 
     /// The first words of a cull's counts, or `None` while the device has not finished. Never waits.
@@ -115,15 +112,5 @@ pub(crate) unsafe fn record_numbers<'a>(
         }
         barriers::memory(context, cmd, writer.and(number), Access::HOST_READ);
         context.end_label(cmd);
-    }
-}
-
-/// The next number. It is never 0.
-fn next_serial() -> u32 {
-    loop {
-        let serial = NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);
-        if serial != 0 {
-            return serial;
-        }
     }
 }

@@ -227,7 +227,6 @@ impl Culler {
                 .gather(index, &entry.input, self.counted)?;
         }
         for (index, &slot) in self.batch.iter().enumerate() {
-            self.implementation.counts_mut(slot).start();
             self.implementation.write(index, slot)?;
             let place = &mut self.slots[slot];
             place.counted = self.counted;

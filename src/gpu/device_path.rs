@@ -20,7 +20,7 @@ pub(super) trait DevicePath: Debug + Send + Sync {
         counted: Counted,
     ) -> Result<(), GpuError>;
 
-    /// Writes an entry of a batch to the memory of a slot. The device must no longer use the slot.
+    /// Starts a new cull in a slot, and writes an entry of a batch to its memory. The device must no longer use the slot.
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError>;
 
     /// Records the culls of a batch, and at their end the numbers that mark the counts as complete. `slots` holds the slot of each entry.
@@ -31,9 +31,6 @@ pub(super) trait DevicePath: Debug + Send + Sync {
 
     /// Counts of the cull of a slot.
     fn counts(&self, slot: usize) -> &Counts;
-
-    /// Counts of the cull of a slot, to be changed.
-    fn counts_mut(&mut self, slot: usize) -> &mut Counts;
 
     /// Number of words that the cull of a slot counts into.
     fn words(&self, slot: usize) -> usize;

@@ -4,7 +4,10 @@
 
 use ash::vk;
 
-use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, error::Named};
+use super::{
+    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, error::Named,
+    memory::requirements,
+};
 
 /// Description of an image.
 #[derive(Clone, Copy)]
@@ -78,8 +81,11 @@ impl Image {
         // SAFETY: the context's device is valid, and the caller describes an image that its format supports.
         self.handle = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
         context.name(self.handle, desc.name);
-        // SAFETY: the image was just made from this device.
-        let wanted = unsafe { requirements(device, self.handle) };
+        let info = vk::ImageMemoryRequirementsInfo2::default().image(self.handle);
+        // SAFETY: the image was just made from this device, which has Vulkan 1.1.
+        let wanted = requirements(|wanted| unsafe {
+            device.get_image_memory_requirements2(&info, wanted);
+        });
         let block = memory.allocate(&MemoryDesc {
             name: desc.name,
             requirements: wanted.0,
@@ -118,20 +124,4 @@ impl Image {
             memory.free(block);
         }
     }
-}
-
-/// Memory requirements of an image, and whether the driver prefers a dedicated allocation.
-///
-/// # Safety
-/// The image is of this device, which has Vulkan 1.1.
-unsafe fn requirements(device: &ash::Device, image: vk::Image) -> (vk::MemoryRequirements, bool) {
-    let info = vk::ImageMemoryRequirementsInfo2::default().image(image);
-    let mut dedicated = vk::MemoryDedicatedRequirements::default();
-    let mut wanted = vk::MemoryRequirements2::default().push_next(&mut dedicated);
-    // SAFETY: the caller vouches for both.
-    unsafe { device.get_image_memory_requirements2(&info, &mut wanted) };
-    let wanted = wanted.memory_requirements;
-    let prefers = dedicated.prefers_dedicated_allocation == vk::TRUE
-        || dedicated.requires_dedicated_allocation == vk::TRUE;
-    (wanted, prefers)
 }

@@ -52,6 +52,7 @@ mod context_desc;
 mod counts;
 mod culler;
 mod culler_desc;
+mod descriptors;
 mod device_path;
 mod drivers;
 mod error;
@@ -82,6 +83,7 @@ pub use stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 /// `sabaki-draw`. Not covered by semantic versioning.
 #[doc(hidden)]
 pub mod internal {
+    pub use super::descriptors::DescriptorSets;
     pub use super::error::{Named, within};
     pub use super::image::{Image, ImageDesc};
     pub use super::pipelines::graphics_pipeline;

@@ -107,17 +107,6 @@ impl StencilRule {
     }
 }
 
-/// Inputs of the creation of a pipeline, besides its description.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct PipelineInputs<'a> {
-    /// Layouts of the descriptor sets.
-    pub(crate) sets: &'a [vk::DescriptorSetLayout],
-    /// Values of the first specialization constants of the shader. Only compute shaders have any.
-    pub(crate) constants: &'a [u32],
-    /// Pipeline cache of the host, or null.
-    pub(crate) cache: vk::PipelineCache,
-}
-
 /// A pipeline and its layout. Default: null handles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pipeline {
@@ -128,16 +117,19 @@ pub(crate) struct Pipeline {
 }
 
 impl Pipeline {
-    /// Creates a pipeline. On failure everything is freed again.
+    /// Creates a pipeline with these layouts of descriptor sets and the host's cache, or null. Only compute shaders have `constants`: the
+    /// values of their first specialization constants. On failure everything is freed again.
     pub(crate) fn new(
         context: &Context,
         desc: &PipelineDesc,
-        inputs: &PipelineInputs<'_>,
+        sets: &[vk::DescriptorSetLayout],
+        constants: &[u32],
+        cache: vk::PipelineCache,
     ) -> Result<Self, GpuError> {
         let device = context.device();
         let range = push_constants(desc);
         let info = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(inputs.sets)
+            .set_layouts(sets)
             .push_constant_ranges(std::slice::from_ref(&range));
         // SAFETY: the context's device is valid, and so are the set layouts.
         let layout =
@@ -155,9 +147,9 @@ impl Pipeline {
             }
             match desc.shaders {
                 [shader] if shader.stage == Stage::Compute => {
-                    compute(context, inputs, layout, modules[0])
+                    compute(context, constants, cache, layout, modules[0])
                 }
-                _ => graphics(context, desc, inputs.cache, layout, &modules),
+                _ => graphics(context, desc, cache, layout, &modules),
             }
         };
         let handle = make();
@@ -232,12 +224,13 @@ fn push_constants(desc: &PipelineDesc) -> vk::PushConstantRange {
 
 fn compute(
     context: &Context,
-    inputs: &PipelineInputs<'_>,
+    constants: &[u32],
+    cache: vk::PipelineCache,
     layout: vk::PipelineLayout,
     module: vk::ShaderModule,
 ) -> Result<vk::Pipeline, GpuError> {
     const WORD: usize = size_of::<u32>();
-    let words = (0..).zip(inputs.constants).map(|(id, _)| {
+    let words = (0..).zip(constants).map(|(id, _)| {
         vk::SpecializationMapEntry::default()
             .constant_id(id)
             .offset(id * WORD as u32)
@@ -246,7 +239,7 @@ fn compute(
     let words: Vec<_> = words.collect();
     let specialization = vk::SpecializationInfo::default()
         .map_entries(&words)
-        .data(bytemuck::cast_slice(inputs.constants));
+        .data(bytemuck::cast_slice(constants));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module)
@@ -258,7 +251,7 @@ fn compute(
     // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
     let pipelines = unsafe {
         let device = context.device();
-        device.create_compute_pipelines(inputs.cache, &info, None)
+        device.create_compute_pipelines(cache, &info, None)
     };
     match pipelines {
         Ok(pipelines) => Ok(pipelines[0]),

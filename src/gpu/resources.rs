@@ -8,6 +8,7 @@ use super::{
     Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource,
     error::{Named, within},
     image::{Image, ImageDesc},
+    memory::requirements,
 };
 
 /// The device that resources are created on, and the allocator of their memory.
@@ -104,8 +105,11 @@ impl Buffer {
         desc: BufferDesc<'_>,
     ) -> Result<(), GpuError> {
         let device = context.device();
-        // SAFETY: the buffer was just made from this device.
-        let wanted = unsafe { requirements(device, self.handle) };
+        let info = vk::BufferMemoryRequirementsInfo2::default().buffer(self.handle);
+        // SAFETY: the buffer was just made from this device, which has Vulkan 1.1.
+        let wanted = requirements(|wanted| unsafe {
+            device.get_buffer_memory_requirements2(&info, wanted);
+        });
         let block = memory.allocate(&MemoryDesc {
             name: desc.name,
             requirements: wanted.0,
@@ -228,20 +232,4 @@ impl Buffer {
             .offset(block.offset)
             .size(block.size)
     }
-}
-
-/// Memory requirements of a buffer, and whether the driver prefers a dedicated allocation.
-///
-/// # Safety
-/// The buffer is of this device, which has Vulkan 1.1.
-unsafe fn requirements(device: &ash::Device, buffer: vk::Buffer) -> (vk::MemoryRequirements, bool) {
-    let info = vk::BufferMemoryRequirementsInfo2::default().buffer(buffer);
-    let mut dedicated = vk::MemoryDedicatedRequirements::default();
-    let mut wanted = vk::MemoryRequirements2::default().push_next(&mut dedicated);
-    // SAFETY: the caller vouches for both.
-    unsafe { device.get_buffer_memory_requirements2(&info, &mut wanted) };
-    let wanted = wanted.memory_requirements;
-    let prefers = dedicated.prefers_dedicated_allocation == vk::TRUE
-        || dedicated.requires_dedicated_allocation == vk::TRUE;
-    (wanted, prefers)
 }

@@ -29,46 +29,33 @@ pub(crate) struct Uploaded {
     copied: u64,
 }
 
-/// Description of the words of maps.
-pub(crate) struct MapWords<Write> {
-    pub(crate) count: usize,
-    /// Usage by which shaders read the words.
-    pub(crate) read_as: vk::BufferUsageFlags,
-    /// Function that writes the words to memory that may be slow to read.
-    pub(crate) write: Write,
-}
-
-impl<Write> MapWords<Write> {
-    /// Size of all words, in bytes.
-    pub(crate) fn bytes(&self) -> u64 {
-        4 * self.count as u64
-    }
-}
-
 impl Uploaded {
-    /// Fills a default buffer with words. After a failure, [`Uploaded::destroy`] frees what was created.
+    /// Fills a default buffer with `count` words, which `write` writes to memory that may be slow to read and shaders read from a storage
+    /// buffer. After a failure, [`Uploaded::destroy`] frees what was created.
     pub(crate) fn fill(
         &mut self,
         device: &mut DeviceMemory<'_>,
         name: &str,
-        words: MapWords<impl FnOnce(&mut [u32]) -> Result<(), GpuError>>,
+        count: usize,
+        write: impl FnOnce(&mut [u32]) -> Result<(), GpuError>,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
+        let size = 4 * count as u64;
         let mut buffer = |name: &str, usage, memory| {
             let desc = BufferDesc {
                 name,
-                size: words.bytes(),
+                size,
                 usage,
                 memory,
             };
             Buffer::paged(device.context, device.memory, desc)
         };
-        let usage = words.read_as | Usage::TRANSFER_DST;
+        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;
         let target = match self.buffer.is_mapped() {
             true => &mut self.buffer,
             false => {
-                self.copied = words.bytes();
+                self.copied = size;
                 let staging = format!("{name}, staging");
                 self.staging = buffer(&staging, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
                 &mut self.staging
@@ -76,8 +63,7 @@ impl Uploaded {
         };
         // SAFETY: the buffer is new, and no command uses it yet.
         let bytes = unsafe { target.bytes_mut() }?;
-        let words_of_buffer = bytemuck::cast_slice_mut(&mut bytes[..words.bytes() as usize]);
-        (words.write)(words_of_buffer)?;
+        write(bytemuck::cast_slice_mut(&mut bytes[..size as usize]))?;
         target.flush(device.context)
     }
 

@@ -25,7 +25,6 @@ pub use build::report::{
 };
 pub use build::slide::FootSlide;
 pub use error::GraphError;
-pub(crate) use motion_graph::EdgesInto;
 pub use motion_graph::{
     ClipId, Edge, EdgeId, EdgeMotion, EventId, Feet, GraphEvent, MotionGraph, Node, NodeId, Plant,
 };

@@ -74,6 +74,17 @@ pub enum EdgeMotion {
     },
 }
 
+impl EdgeMotion {
+    /// Distance of the blended windows, in metres; 0 for frames of a clip.
+    #[must_use]
+    pub fn distance(self) -> f32 {
+        match self {
+            Self::Clip => 0.0,
+            Self::Transition { distance, .. } => distance,
+        }
+    }
+}
+
 /// An event of a clip, in frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraphEvent {
@@ -280,6 +291,15 @@ impl MotionGraph {
         &self.first_edge
     }
 
+    /// The edges that lead to each node.
+    pub(crate) fn edges_into(&self) -> Grouped {
+        let edges = self.edges.iter().zip(0..);
+        Grouped::new(
+            self.nodes.len(),
+            edges.map(|(edge, id)| (edge.to.index(), id)),
+        )
+    }
+
     /// Edges that start at `node`.
     pub fn edges_from(&self, node: NodeId) -> impl Iterator<Item = EdgeId> + use<> {
         (self.first_edge[node.index()]..self.first_edge[node.index() + 1]).map(EdgeId)
@@ -313,10 +333,7 @@ impl MotionGraph {
     /// transition.
     #[must_use]
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
-        let cost = |edge: EdgeId| match self.edge(edge).motion {
-            EdgeMotion::Clip => 0.0,
-            EdgeMotion::Transition { distance, .. } => distance,
-        };
+        let cost = |edge: EdgeId| self.edge(edge).motion.distance();
         let first = EdgeId(self.first_edge[node.index()]);
         self.edges_from(node).fold(
             first,
@@ -413,37 +430,36 @@ impl MotionGraph {
     }
 }
 
-/// The edges that lead to each node.
-pub(crate) struct EdgesInto {
-    /// Edges by the node to which they lead.
-    edges: Vec<EdgeId>,
-    /// Index of each node's first edge. The last entry is the number of edges.
+/// Numbers in groups, each in the order in which they came.
+pub(crate) struct Grouped {
+    values: Vec<u32>,
+    /// Index of each group's first value. The last entry is the number of values.
     first: Vec<u32>,
 }
 
-impl EdgesInto {
-    pub(crate) fn new(graph: &MotionGraph) -> Self {
-        let mut first = vec![0; graph.nodes().len() + 1];
-        for edge in graph.edges() {
-            first[edge.to.index() + 1] += 1;
+impl Grouped {
+    /// Sorts numbers, each with the index of its group, into `groups` groups.
+    pub(crate) fn new(groups: usize, all: impl Iterator<Item = (usize, u32)> + Clone) -> Self {
+        let mut first = vec![0; groups + 1];
+        for (group, _) in all.clone() {
+            first[group + 1] += 1;
         }
-        for node in 1..first.len() {
-            first[node] += first[node - 1];
+        for group in 0..groups {
+            first[group + 1] += first[group];
         }
         let mut next = first.clone();
-        let mut edges = vec![EdgeId(0); graph.edges().len()];
-        for (edge, id) in graph.edges().iter().zip(0..) {
-            let slot = &mut next[edge.to.index()];
-            edges[*slot as usize] = EdgeId(id);
-            *slot += 1;
+        let mut values = vec![0; first[groups] as usize];
+        for (group, value) in all {
+            values[next[group] as usize] = value;
+            next[group] += 1;
         }
-        Self { edges, first }
+        Self { values, first }
     }
 
-    /// The edges that lead to a node, in their order.
-    pub(crate) fn edges(&self, node: NodeId) -> &[EdgeId] {
-        let first = &self.first[node.index()..];
-        &self.edges[first[0] as usize..first[1] as usize]
+    /// The numbers of a group.
+    pub(crate) fn group(&self, group: usize) -> &[u32] {
+        let first = &self.first[group..];
+        &self.values[first[0] as usize..first[1] as usize]
     }
 }
 

@@ -3,8 +3,7 @@
 use crate::anim::{Clip, Skeleton};
 use crate::graph::ClipId;
 use crate::graph::motion_graph::{
-    Edge, EdgeMotion, EdgesInto, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, NodeId, Plant,
-    twice,
+    Edge, EdgeMotion, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, NodeId, Plant, twice,
 };
 use crate::graph::settings::GraphSettings;
 use crate::math::in_parallel;
@@ -176,8 +175,9 @@ impl MotionGraph {
     /// Whether the first node reaches every node, and every node reaches it.
     fn is_connected(&self) -> bool {
         let forwards = |node: NodeId| self.edges_from(node).map(|edge| self.edge(edge).to);
-        let into = EdgesInto::new(self);
-        let backwards = |node: NodeId| into.edges(node).iter().map(|&edge| self.edge(edge).from);
+        let into = self.edges_into();
+        let edges_into = |node: NodeId| into.group(node.index()).iter();
+        let backwards = |node| edges_into(node).map(|&edge| self.edges[edge as usize].from);
         self.reaches_all(forwards) && self.reaches_all(backwards)
     }
 

@@ -164,7 +164,8 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     let lists = json!({ "ends": vec![0; moments.len()], "entries": [] });
     empty["entries"]["entries"] = lists.clone();
     empty["entries"]["targets"] = json!([]);
-    empty["entries"]["exits"] = json!({ "targets": [], "lists": lists });
+    empty["entries"]["exit_targets"] = json!([]);
+    empty["entries"]["exits"] = lists;
     // Two postures, and from each only a way to itself.
     let mut parted = empty.clone();
     parted["graph"]["nodes"] = json!([{ "clip": 0, "frame": 5 }, { "clip": 0, "frame": 20 }]);

@@ -221,7 +221,7 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     }
     let all: u32 = faults.values().sum();
     println!("{all} faults of {} calls: {faults:#?}", faults.len());
-    assert!(named.len() >= 18 && all > 400, "{} {all}", named.len());
+    assert!(named.len() >= 15 && all > 400, "{} {all}", named.len());
 }
 
 /// A device of our own that fails half made leaves nothing behind either.

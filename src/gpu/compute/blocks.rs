@@ -32,18 +32,6 @@ struct ClockPlanes {
     planes: Range<u32>,
 }
 
-impl ClockPlanes {
-    /// Extends the last range of a list if it is of the same clock and chunk. Otherwise adds a range.
-    fn append_to(self, clocks: &mut Vec<Self>) {
-        match clocks.last_mut() {
-            Some(last) if (last.clock, last.chunk) == (self.clock, self.chunk) => {
-                last.planes.end = self.planes.end;
-            }
-            _ => clocks.push(self),
-        }
-    }
-}
-
 /// Blocks of one plane, or a part of them.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
@@ -183,12 +171,17 @@ impl Blocks {
                     range[1],
                 ]);
                 let number = (front / PLANE) as u32;
-                let planes = ClockPlanes {
-                    clock: plane.clock,
-                    chunk: chunk as u32,
-                    planes: number..number + 1,
-                };
-                planes.append_to(&mut self.clocks);
+                let (clock, chunk) = (plane.clock, chunk as u32);
+                match self.clocks.last_mut() {
+                    Some(last) if (last.clock, last.chunk) == (clock, chunk) => {
+                        last.planes.end = number + 1;
+                    }
+                    _ => self.clocks.push(ClockPlanes {
+                        clock,
+                        chunk,
+                        planes: number..number + 1,
+                    }),
+                }
                 front += PLANE;
                 first += count as u32;
             }

@@ -14,41 +14,27 @@ use crate::gpu::{
     Context, GpuError,
     barriers::{self, Access},
     counts::record_numbers,
-    error::Named,
+    resources::Buffer,
     shader_table::{COUNT_COMP, CountCandidates},
 };
 
-const ATLAS: u32 = 0;
-const ATTACK: u32 = 1;
-const CANDIDATES: u32 = 2;
-const GROUPS: u32 = 3;
-const RESULTS: u32 = 4;
-const BINDINGS: [u32; 5] = [ATLAS, ATTACK, CANDIDATES, GROUPS, RESULTS];
+const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
+/// Kinds of the bindings: atlas, attack, candidates, groups, counts. The chunk of the attack is chosen when a set is bound.
+const BINDINGS: [vk::DescriptorType; 5] = [
+    STORAGE,
+    vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
+    STORAGE,
+    STORAGE,
+    STORAGE,
+];
 const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
 
-/// Descriptor type of a binding.
-fn kind(binding: u32) -> vk::DescriptorType {
-    match binding {
-        ATTACK => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
-        _ => vk::DescriptorType::STORAGE_BUFFER,
-    }
-}
-
 impl Parts {
-    /// Creates the layout of the descriptor sets from the shader table.
+    /// Creates the layout of the descriptor sets.
     pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
-        let bindings = BINDINGS.map(|at| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(at)
-                .descriptor_type(kind(at))
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::COMPUTE)
-        });
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        // SAFETY: the context's device is valid.
-        self.layout = unsafe { context.device().create_descriptor_set_layout(&info, None) }
-            .call("vkCreateDescriptorSetLayout")?;
-        Ok(())
+        let stages = vk::ShaderStageFlags::COMPUTE;
+        self.sets
+            .make_layout(context, &BINDINGS.map(|kind| (kind, stages)))
     }
 
     /// Creates the descriptor sets of each slot, one for each page of the maps.
@@ -58,88 +44,32 @@ impl Parts {
         capacity: &Capacity,
         pages: &[Range<usize>],
     ) -> Result<(), GpuError> {
-        let device = context.device();
-        let sets = self.slots.len() * pages.len();
-        if sets == 0 {
-            return Ok(());
-        }
-        let count = sets as u32;
-        let sizes = BINDINGS.map(|at| {
-            vk::DescriptorPoolSize::default()
-                .ty(kind(at))
-                .descriptor_count(count)
-        });
-        let info = vk::DescriptorPoolCreateInfo::default()
-            .max_sets(count)
-            .pool_sizes(&sizes);
-        // SAFETY: the context's device is valid.
-        self.pool =
-            unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
-        let layouts = vec![self.layout; sets];
-        let info = vk::DescriptorSetAllocateInfo::default()
-            .descriptor_pool(self.pool)
-            .set_layouts(&layouts);
-        // SAFETY: pool and layouts were just made, and the pool has room for all.
-        let sets =
-            unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
-        for (slot, sets) in self.slots.iter_mut().zip(sets.chunks_exact(pages.len())) {
-            slot.sets = sets.to_vec();
-        }
-        let offsets = capacity.offsets();
-        for slot in &self.slots {
+        let Offsets { groups, chunks, .. } = capacity.offsets();
+        let part = |buffer: &Buffer, offset: u64, range: u64| {
+            vk::DescriptorBufferInfo::default()
+                .buffer(buffer.handle)
+                .offset(offset)
+                .range(range)
+        };
+        let (sets, atlas) = (&mut self.sets, &self.atlas.buffer);
+        let mut free = sets
+            .allocate(context, self.slots.len() * pages.len())?
+            .into_iter();
+        for slot in &mut self.slots {
+            slot.sets = free.by_ref().take(pages.len()).collect();
             for (&set, page) in slot.sets.iter().zip(pages) {
-                let atlas = vk::DescriptorBufferInfo::default()
-                    .buffer(self.atlas.buffer.handle)
-                    .offset(4 * page.start as u64)
-                    .range(4 * page.len() as u64);
-                write_set(context, set, slot.buffers(atlas, offsets));
+                let buffers = [
+                    part(atlas, 4 * page.start as u64, 4 * page.len() as u64),
+                    part(&slot.input, chunks, (4 * CHUNK) as u64),
+                    part(&slot.input, 0, groups),
+                    part(&slot.input, groups, chunks - groups),
+                    part(&slot.counts.buffer, 0, vk::WHOLE_SIZE),
+                ];
+                sets.write(context, set, &buffers);
             }
         }
         Ok(())
     }
-}
-
-impl Slot {
-    /// The buffers of a descriptor set, in the order of the bindings. The chunk of the attack is chosen when the set is bound.
-    fn buffers(
-        &self,
-        atlas: vk::DescriptorBufferInfo,
-        offsets: Offsets,
-    ) -> [vk::DescriptorBufferInfo; BINDINGS.len()] {
-        let Offsets { groups, chunks, .. } = offsets;
-        let input = |offset, range| {
-            vk::DescriptorBufferInfo::default()
-                .buffer(self.input.handle)
-                .offset(offset)
-                .range(range)
-        };
-        [
-            atlas,
-            input(chunks, (4 * CHUNK) as u64),
-            input(0, groups),
-            input(groups, chunks - groups),
-            vk::DescriptorBufferInfo::default()
-                .buffer(self.counts.buffer.handle)
-                .range(vk::WHOLE_SIZE),
-        ]
-    }
-}
-
-/// Writes the buffers of all bindings to a descriptor set that no command uses yet.
-fn write_set(
-    context: &Context,
-    set: vk::DescriptorSet,
-    buffers: [vk::DescriptorBufferInfo; BINDINGS.len()],
-) {
-    let writes = BINDINGS.map(|at| {
-        vk::WriteDescriptorSet::default()
-            .dst_set(set)
-            .dst_binding(at)
-            .descriptor_type(kind(at))
-            .buffer_info(std::slice::from_ref(&buffers[at as usize]))
-    });
-    // SAFETY: set and buffers are alive, and no command uses the set yet.
-    unsafe { context.device().update_descriptor_sets(&writes, &[]) };
 }
 
 impl ComputePath {

@@ -16,11 +16,12 @@ use crate::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
         counts::Counts,
+        descriptors::DescriptorSets,
         device_path::{self, DevicePath},
-        pipelines::{COUNT, Pipeline, PipelineInputs},
+        pipelines::{COUNT, Pipeline},
         resources::DeviceMemory,
         shader_table::COUNTS,
-        uploaded::{MapWords, Uploaded},
+        uploaded::Uploaded,
     },
     query::cull::{Counted, CullInput, CullPath, Overlap},
 };
@@ -41,8 +42,7 @@ pub(super) struct Parts {
     pub(super) pipeline: Pipeline,
     pub(super) atlas: Uploaded,
     pub(super) slots: Vec<Slot>,
-    pub(super) layout: vk::DescriptorSetLayout,
-    pub(super) pool: vk::DescriptorPool,
+    pub(super) sets: DescriptorSets,
 }
 
 impl ComputePath {
@@ -113,27 +113,19 @@ impl ComputePath {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         self.planes = Self::planes(context, desc)?;
         parts.make_layout(context)?;
-        let (planes, layouts) = (&self.planes, [parts.layout]);
-        let inputs = PipelineInputs {
-            sets: &layouts,
-            constants: &[desc.atlas.grid().attack_pitch],
-            cache: desc.pipeline_cache,
-        };
-        let pipeline = &mut parts.pipeline;
-        let words = MapWords {
-            read_as: vk::BufferUsageFlags::STORAGE_BUFFER,
-            count: planes.words,
-            // The planes are drawn on other threads while the driver compiles.
-            write: |out: &mut [u32]| {
-                let draw = || planes.write(desc.atlas, out);
-                let (_, made) = both(draw, || Pipeline::new(context, &COUNT, &inputs));
-                *pipeline = made?;
-                Ok(())
-            },
+        let (planes, sets, cache) = (&self.planes, [parts.sets.layout], desc.pipeline_cache);
+        let (constants, pipeline) = ([desc.atlas.grid().attack_pitch], &mut parts.pipeline);
+        // The planes are drawn on other threads while the driver compiles.
+        let write = |out: &mut [u32]| {
+            let make = || Pipeline::new(context, &COUNT, &sets, &constants, cache);
+            let (_, made) = both(|| planes.write(desc.atlas, out), make);
+            *pipeline = made?;
+            Ok(())
         };
         let atlas = format!("{name}: atlas");
         let mut device = DeviceMemory { context, memory };
-        parts.atlas.fill(&mut device, &atlas, words)?;
+        let words = planes.words;
+        parts.atlas.fill(&mut device, &atlas, words, write)?;
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
             // Stored before it is filled, so that it is freed after a failure.
@@ -159,6 +151,7 @@ impl DevicePath for ComputePath {
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
         let (slot, gathered) = (&mut self.parts.slots[slot], &self.gathered[entry]);
+        slot.counts.start();
         slot.sums = gathered.sums();
         slot.candidates = gathered.candidates.len() as u32;
         slot.write(&self.context, gathered, &self.capacity)
@@ -171,10 +164,6 @@ impl DevicePath for ComputePath {
 
     fn counts(&self, slot: usize) -> &Counts {
         &self.parts.slots[slot].counts
-    }
-
-    fn counts_mut(&mut self, slot: usize) -> &mut Counts {
-        &mut self.parts.slots[slot].counts
     }
 
     fn words(&self, slot: usize) -> usize {
@@ -212,12 +201,7 @@ impl DevicePath for ComputePath {
             slot.destroy(context, memory);
         }
         parts.pipeline.destroy(context);
-        // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
-        unsafe {
-            let device = context.device();
-            device.destroy_descriptor_pool(parts.pool, None);
-            device.destroy_descriptor_set_layout(parts.layout, None);
-        }
+        parts.sets.destroy(context);
         parts.atlas.destroy(context, memory);
     }
 }

@@ -5,7 +5,7 @@ use ash::vk;
 use super::gathered::{Capacity, Gathered};
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
-    counts::{Counts, CountsDesc, HEADER},
+    counts::{Counts, HEADER},
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -47,12 +47,8 @@ impl Slot {
         self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_BUFFER | Usage::TRANSFER_DST;
         self.input = buffer("input", usage, MemoryUse::Device)?;
-        let counts = CountsDesc {
-            name: &format!("{name}: counts"),
-            words: capacity.counts(),
-            usage: Usage::STORAGE_BUFFER,
-        };
-        self.counts = Counts::new(device, &counts)?;
+        let name = format!("{name}: counts");
+        self.counts = Counts::new(device, &name, capacity.counts(), Usage::STORAGE_BUFFER)?;
         Ok(())
     }
 

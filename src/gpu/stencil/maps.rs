@@ -8,11 +8,8 @@ use ash::vk;
 
 use crate::{
     gpu::{
-        Context, GpuError, Memory,
-        barriers::Access,
-        error::{Named, within},
-        resources::DeviceMemory,
-        uploaded::{MapWords, Uploaded},
+        Context, GpuError, Memory, descriptors::DescriptorSets, error::within,
+        resources::DeviceMemory, uploaded::Uploaded,
     },
     maps::{MapRect, RegionAtlas, RegionMaps, Slab, SlabMaps},
     query::cull::{Counted, CullCandidate},
@@ -75,9 +72,8 @@ pub(super) struct Maps {
     regions: Vec<(Slab, usize, usize)>,
     /// Maps of each slab, by [`Part`].
     bits: Vec<[MapBits; 3]>,
-    words: Uploaded,
-    pub(super) layout: vk::DescriptorSetLayout,
-    pool: vk::DescriptorPool,
+    pub(super) words: Uploaded,
+    pub(super) sets: DescriptorSets,
     pub(super) set: vk::DescriptorSet,
 }
 
@@ -102,20 +98,24 @@ impl Maps {
             first += slabs.len();
         }
         self.place(atlas);
-        let words_of_maps = MapWords {
-            read_as: vk::BufferUsageFlags::STORAGE_BUFFER,
-            count,
-            write: |mut out: &mut [u32]| {
-                for words in slabs(atlas).flat_map(words) {
-                    let to = out.split_off_mut(..words.len());
-                    to.unwrap_or_default().copy_from_slice(words);
-                }
-                Ok(())
-            },
+        let write = |mut out: &mut [u32]| {
+            for words in slabs(atlas).flat_map(words) {
+                let to = out.split_off_mut(..words.len());
+                to.unwrap_or_default().copy_from_slice(words);
+            }
+            Ok(())
         };
-        self.words
-            .fill(device, &format!("{name}: maps"), words_of_maps)?;
-        self.make_set(device.context)
+        let name = format!("{name}: maps");
+        self.words.fill(device, &name, count, write)?;
+        let (context, stages) = (device.context, vk::ShaderStageFlags::FRAGMENT);
+        let binding = (vk::DescriptorType::STORAGE_BUFFER, stages);
+        self.sets.make_layout(context, &[binding])?;
+        self.set = self.sets.allocate(context, 1)?[0];
+        let buffer = vk::DescriptorBufferInfo::default()
+            .buffer(self.words.buffer.handle)
+            .range(vk::WHOLE_SIZE);
+        self.sets.write(context, self.set, &[buffer]);
+        Ok(())
     }
 
     /// Computes the position of each map in the words.
@@ -147,44 +147,6 @@ impl Maps {
         }
     }
 
-    fn make_set(&mut self, context: &Context) -> Result<(), GpuError> {
-        let device = context.device();
-        let ty = vk::DescriptorType::STORAGE_BUFFER;
-        let bindings = [vk::DescriptorSetLayoutBinding::default()
-            .descriptor_type(ty)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::FRAGMENT)];
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        // SAFETY: the context's device is valid.
-        self.layout = unsafe { device.create_descriptor_set_layout(&info, None) }
-            .call("vkCreateDescriptorSetLayout")?;
-        let sizes = [vk::DescriptorPoolSize::default().ty(ty).descriptor_count(1)];
-        let info = vk::DescriptorPoolCreateInfo::default()
-            .max_sets(1)
-            .pool_sizes(&sizes);
-        // SAFETY: as above.
-        self.pool =
-            unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
-        let layouts = [self.layout];
-        let info = vk::DescriptorSetAllocateInfo::default()
-            .descriptor_pool(self.pool)
-            .set_layouts(&layouts);
-        // SAFETY: pool and layout were just made, and the pool has room.
-        let sets =
-            unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
-        self.set = sets[0];
-        let buffer = [vk::DescriptorBufferInfo::default()
-            .buffer(self.words.buffer.handle)
-            .range(vk::WHOLE_SIZE)];
-        let write = vk::WriteDescriptorSet::default()
-            .dst_set(self.set)
-            .descriptor_type(ty)
-            .buffer_info(&buffer);
-        // SAFETY: the set is new and of this layout, no command uses it yet, and the buffer is alive.
-        unsafe { device.update_descriptor_sets(&[write], &[]) };
-        Ok(())
-    }
-
     /// Checks that candidates belong to these maps.
     pub(super) fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
         let stranger = |one: &CullCandidate| one.region.index() >= self.regions.len();
@@ -210,30 +172,9 @@ impl Maps {
         (index < count).then(|| &self.bits[first + index][part as usize])
     }
 
-    /// Records the copy of the maps from the staging buffer to the device.
-    ///
-    /// # Safety
-    /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
-    pub(super) unsafe fn record_upload(&self, context: &Context, cmd: vk::CommandBuffer) {
-        // SAFETY: the caller vouches for `cmd` and staging.
-        unsafe { self.words.record(context, cmd, Access::SHADER_READ) };
-    }
-
-    /// Frees the staging buffer. The upload must have finished on the device.
-    pub(super) fn release_staging(&mut self, context: &Context, memory: &mut dyn Memory) {
-        self.words.release_staging(context, memory);
-    }
-
     /// Frees everything. The device must no longer use it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
-        // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
-        unsafe {
-            let device = context.device();
-            device.destroy_descriptor_pool(self.pool, None);
-            device.destroy_descriptor_set_layout(self.layout, None);
-        }
-        self.pool = vk::DescriptorPool::null();
-        self.layout = vk::DescriptorSetLayout::null();
+        self.sets.destroy(context);
         self.words.destroy(context, memory);
     }
 }

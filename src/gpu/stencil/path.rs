@@ -25,11 +25,11 @@ use crate::{
     gpu::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
-        counts::{Counts, CountsDesc, HEADER, record_numbers},
+        counts::{Counts, HEADER, record_numbers},
         device_path::{self, DevicePath},
         drivers,
         error::{Named, within},
-        pipelines::{CANDIDATES, Pipeline, PipelineInputs},
+        pipelines::{CANDIDATES, Pipeline},
         resources::DeviceMemory,
     },
     query::cull::{Counted, CullInput, CullPath, Overlap},
@@ -96,12 +96,8 @@ impl StencilPath {
         self.maps.fill(&mut device, name, desc.atlas)?;
         self.screen
             .fill(&mut device, name, SIDE, desc.pipeline_cache)?;
-        let inputs = PipelineInputs {
-            sets: &[self.maps.layout],
-            cache: desc.pipeline_cache,
-            ..PipelineInputs::default()
-        };
-        self.candidates = Pipeline::new(context, &CANDIDATES, &inputs)?;
+        let (sets, cache) = ([self.maps.sets.layout], desc.pipeline_cache);
+        self.candidates = Pipeline::new(context, &CANDIDATES, &sets, &[], cache)?;
         let info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::OCCLUSION)
             .query_count(MOST_QUERIES);
@@ -110,13 +106,12 @@ impl StencilPath {
             unsafe { context.device().create_query_pool(&info, None) }.call("vkCreateQueryPool")?;
         context.name(self.pool, &format!("{name}: queries"));
         for slot in 0..desc.frames_in_flight.max(1) {
-            let counts = CountsDesc {
-                name: &format!("{name}: counts {slot}"),
-                words: most_queries(desc.max_candidates),
-                usage: vk::BufferUsageFlags::empty(),
-            };
+            let (name, words) = (
+                format!("{name}: counts {slot}"),
+                most_queries(desc.max_candidates),
+            );
             self.slots.push(Slot {
-                counts: Counts::new(&mut device, &counts)?,
+                counts: Counts::new(&mut device, &name, words, vk::BufferUsageFlags::empty())?,
                 queries: Vec::new(),
             });
         }
@@ -142,8 +137,9 @@ impl StencilPath {
     /// # Safety
     /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch).
     unsafe fn record_cull(&self, cmd: vk::CommandBuffer, gathered: &Gathered, counts: &Counts) {
-        let context = &self.context;
-        let mut first = 0;
+        let (context, pool, buffer) = (&self.context, self.pool, counts.buffer.handle);
+        let (device, wait) = (context.device(), vk::QueryResultFlags::WAIT);
+        let mut offset = HEADER;
         for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
             let pass = queries[0].pass;
             let used = gathered.attack.passes[pass].used;
@@ -161,8 +157,10 @@ impl StencilPath {
                     let count = rest[..most].partition_point(|query| query.maps.end <= end);
                     let (some, later) = rest.split_at(count.max(1));
                     self.record_queries(cmd, gathered, some, used);
-                    self.record_counts(cmd, counts, first, some.len());
-                    first += some.len();
+                    let count = some.len() as u32;
+                    device
+                        .cmd_copy_query_pool_results(cmd, pool, 0, count, buffer, offset, 4, wait);
+                    offset += 4 * u64::from(count);
                     rest = later;
                 }
                 context.end_label(cmd);
@@ -208,28 +206,6 @@ impl StencilPath {
             device.cmd_end_rendering(cmd);
         }
     }
-
-    /// Records the copy of the counts of a rendering, behind `first` counts of the cull.
-    ///
-    /// # Safety
-    /// As for [`StencilPath::record_cull`]; the counts have a word for each query.
-    unsafe fn record_counts(
-        &self,
-        cmd: vk::CommandBuffer,
-        counts: &Counts,
-        first: usize,
-        queries: usize,
-    ) {
-        let buffer = counts.buffer.handle;
-        let offset = HEADER + 4 * first as u64;
-        let flags = vk::QueryResultFlags::WAIT;
-        // SAFETY: the caller vouches for `cmd` and the counts.
-        unsafe {
-            let (device, queries) = (self.context.device(), queries as u32);
-            device
-                .cmd_copy_query_pool_results(cmd, self.pool, 0, queries, buffer, offset, 4, flags);
-        }
-    }
 }
 
 impl DevicePath for StencilPath {
@@ -251,6 +227,7 @@ impl DevicePath for StencilPath {
         // All else is part of the commands.
         let queries = self.entries[entry].queries.iter();
         let slot = &mut self.slots[slot];
+        slot.counts.start();
         slot.queries.clear();
         let numbers = queries.map(|query| (query.candidate, query.part));
         slot.queries.extend(numbers);
@@ -272,10 +249,6 @@ impl DevicePath for StencilPath {
         &self.slots[slot].counts
     }
 
-    fn counts_mut(&mut self, slot: usize) -> &mut Counts {
-        &mut self.slots[slot].counts
-    }
-
     fn words(&self, slot: usize) -> usize {
         self.slots[slot].queries.len()
     }
@@ -294,11 +267,15 @@ impl DevicePath for StencilPath {
 
     unsafe fn record_upload(&self, cmd: vk::CommandBuffer) {
         // SAFETY: the caller vouches for `cmd` and staging.
-        unsafe { self.maps.record_upload(&self.context, cmd) };
+        unsafe {
+            self.maps
+                .words
+                .record(&self.context, cmd, Access::SHADER_READ)
+        };
     }
 
     fn release_staging(&mut self, memory: &mut dyn Memory) {
-        self.maps.release_staging(&self.context, memory);
+        self.maps.words.release_staging(&self.context, memory);
     }
 
     fn destroy(&mut self, memory: &mut dyn Memory) {

@@ -13,7 +13,7 @@ use crate::{
         Context, GpuError, Memory, MemoryUse,
         barriers::{self, Access},
         image::{Image, ImageDesc},
-        pipelines::{DISCS, Pipeline, PipelineInputs, RECTS, StencilRule},
+        pipelines::{DISCS, Pipeline, RECTS, StencilRule},
         resources::{Buffer, BufferDesc, DeviceMemory},
         shader_table::{DrawTarget, PlacedDisc},
     },
@@ -171,12 +171,8 @@ impl Screen {
         side: u32,
         cache: vk::PipelineCache,
     ) -> Result<(), GpuError> {
-        let inputs = PipelineInputs {
-            cache,
-            ..PipelineInputs::default()
-        };
-        self.discs = Pipeline::new(device.context, &DISCS, &inputs)?;
-        self.rects = Pipeline::new(device.context, &RECTS, &inputs)?;
+        self.discs = Pipeline::new(device.context, &DISCS, &[], &[], cache)?;
+        self.rects = Pipeline::new(device.context, &RECTS, &[], &[], cache)?;
         use vk::ImageUsageFlags as Usage;
         let format = device.context.stencil_format();
         self.target = device.image(&ImageDesc {

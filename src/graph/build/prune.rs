@@ -2,7 +2,7 @@
 //!
 //! Source: Kovar, Gleicher & Pighin (2002), section 3.3.
 
-use crate::graph::motion_graph::{Edge, EdgeMotion, EventId, MotionGraph, NodeId};
+use crate::graph::motion_graph::{Edge, EdgeMotion, EventId, Grouped, MotionGraph, NodeId};
 
 /// Returns the strongly connected component with the most motion, or `None` if no component has an
 /// edge.
@@ -52,9 +52,9 @@ pub(crate) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
 
 // Finds the largest strongly connected component of a graph.
 //
-// Source: Kovar, Gleicher & Pighin (2002), section 3.3. Components are found by Tarjan's algorithm
-// (1972), without recursion. Differs: the largest component is the one with the most motion, not
-// the one with the most nodes.
+// Source: Kovar, Gleicher & Pighin (2002), section 3.3. Components are found by two depth-first searches (Sharir, "A strong-connectivity
+// algorithm and its applications in data flow analysis", 1981), without recursion. Differs: the largest component is the one with the most
+// motion, not the one with the most nodes.
 
 /// An edge between two nodes.
 #[derive(Clone, Copy, Debug)]
@@ -92,107 +92,45 @@ pub(crate) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<boo
     (frames[*best as usize].1 > 0).then(|| components.iter().map(|c| c == best).collect())
 }
 
-/// For each node, the number of its strongly connected component.
+/// For each node, a node of its strongly connected component, the same for all nodes of the component.
 ///
 /// `edges` are pairs of nodes, and `nodes` is the number of nodes.
 fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
-    let mut search = Tarjan::new(nodes, edges);
+    let ends = edges.iter().map(|&(from, to)| (from as usize, to));
+    let targets = Grouped::new(nodes, ends);
+    let (mut seen, mut left) = (vec![false; nodes], Vec::with_capacity(nodes));
     for root in 0..nodes as u32 {
-        if search.order[root as usize] == UNSEEN {
-            search.visit(root);
-        }
+        leave_all(&targets, root, &mut seen, |node| left.push(node));
     }
-    search.component
+    // Against the edges, from the node that was left last on, a search finds the nodes of one component alone.
+    let ends = edges.iter().map(|&(from, to)| (to as usize, from));
+    let sources = Grouped::new(nodes, ends);
+    seen.fill(false);
+    let mut components = vec![0; nodes];
+    for root in left.into_iter().rev() {
+        leave_all(&sources, root, &mut seen, |node| {
+            components[node as usize] = root;
+        });
+    }
+    components
 }
 
-const UNSEEN: u32 = u32::MAX;
-
-struct Tarjan {
-    /// Targets of each node's edges, from `first[node]` to `first[node + 1]`.
-    targets: Vec<u32>,
-    first: Vec<u32>,
-    order: Vec<u32>,
-    lowest: Vec<u32>,
-    component: Vec<u32>,
-    open: Vec<u32>,
-    next_order: u32,
-    next_component: u32,
-}
-
-impl Tarjan {
-    fn new(nodes: usize, edges: &[(u32, u32)]) -> Self {
-        let mut first = vec![0; nodes + 1];
-        for &(from, _) in edges {
-            first[from as usize + 1] += 1;
-        }
-        for node in 0..nodes {
-            first[node + 1] += first[node];
-        }
-        let mut fill = first.clone();
-        let mut targets = vec![0; edges.len()];
-        for &(from, to) in edges {
-            let slot = &mut fill[from as usize];
-            targets[*slot as usize] = to;
-            *slot += 1;
-        }
-        let unseen = vec![UNSEEN; nodes];
-        Self {
-            targets,
-            first,
-            order: unseen.clone(),
-            lowest: unseen.clone(),
-            component: unseen,
-            open: Vec::new(),
-            next_order: 0,
-            next_component: 0,
-        }
+/// Calls `leave` with each node that is reached from a root and was not seen before, after the nodes that it leads to.
+fn leave_all(next: &Grouped, root: u32, seen: &mut [bool], mut leave: impl FnMut(u32)) {
+    let mut is_new = |node: u32| !std::mem::replace(&mut seen[node as usize], true);
+    if !is_new(root) {
+        return;
     }
-
-    fn visit(&mut self, root: u32) {
-        self.discover(root);
-        // Each entry is a node and the index of its next edge.
-        let mut path = vec![(root, self.first[root as usize])];
-        while let Some((node, edge)) = path.last_mut() {
-            let from = *node as usize;
-            if *edge < self.first[from + 1] {
-                let target = self.targets[*edge as usize];
-                *edge += 1;
-                if self.order[target as usize] == UNSEEN {
-                    self.discover(target);
-                    path.push((target, self.first[target as usize]));
-                } else if self.component[target as usize] == UNSEEN {
-                    self.lowest[from] = self.lowest[from].min(self.order[target as usize]);
-                }
-            } else {
+    // Each node with those of its next nodes that are left.
+    let mut path = vec![(root, next.group(root as usize).iter())];
+    while let Some((node, to)) = path.last_mut() {
+        match to.find(|&&to| is_new(to)) {
+            Some(&to) => path.push((to, next.group(to as usize).iter())),
+            None => {
+                leave(*node);
                 path.pop();
-                if let Some(&(parent, _)) = path.last() {
-                    let parent = parent as usize;
-                    self.lowest[parent] = self.lowest[parent].min(self.lowest[from]);
-                }
-                self.close(from);
             }
         }
-    }
-
-    fn discover(&mut self, node: u32) {
-        self.order[node as usize] = self.next_order;
-        self.lowest[node as usize] = self.next_order;
-        self.next_order += 1;
-        self.open.push(node);
-    }
-
-    /// Assigns the component of `node`, if `node` was the first of its component to be visited.
-    fn close(&mut self, node: usize) {
-        if self.lowest[node] != self.order[node] {
-            return;
-        }
-        while let Some(member) = self.open.pop() {
-            self.component[member as usize] = self.next_component;
-            if member as usize == node {
-                break;
-            }
-        }
-        self.next_component += 1;
     }
 }
 

@@ -5,7 +5,7 @@
 //! bounds: [`projection`](crate::graph::search::projection).
 
 use crate::graph::error::GraphError;
-use crate::graph::search::bands::{BandParts, MapBand, Minimum, SearchSettings};
+use crate::graph::search::bands::{MapBand, Minimum, SearchSettings};
 use crate::graph::search::diagonal::Diagonals;
 use crate::graph::search::features::{Features, NODE};
 use crate::graph::search::minima::CloseMinima;
@@ -13,7 +13,7 @@ use crate::graph::search::near::{NearSearch, WindowCell};
 use crate::graph::search::projection::Projection;
 use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, BakeWatch};
-use crate::math::{Isa, in_parallel};
+use crate::math::{Isa, in_parallel, thread_count};
 use std::ops::Range;
 
 /// Number of rows that are searched together, at most.
@@ -110,10 +110,22 @@ impl<'a> PrunedSearch<'a> {
         watch: &dyn BakeWatch,
         mut take: impl FnMut(MapBand, BandMinima) -> Result<(), GraphError>,
     ) -> Result<(), GraphError> {
+        /// Maximum number of bands of a part, and of its window pairs for each thread, if it has several bands. Parts are long enough that
+        /// several clips are compared with the same windows while those are in the cache, and short enough that a search can be stopped.
+        const PART: (usize, u64) = (1 << 17, 1 << 28);
         let stage = watch.stage(BakeStage::Transitions, threads);
         let (mut done, all) = (0, bands.clone().map(|band| band.pairs()).sum());
-        for part in BandParts::new(bands, threads) {
+        let most = PART.1 * thread_count(threads) as u64;
+        let mut bands = bands.peekable();
+        while bands.peek().is_some() {
             watch.check()?;
+            let mut pairs = 0;
+            let next = || {
+                let band = bands.next_if(|band| pairs == 0 || pairs + band.pairs() <= most)?;
+                pairs += band.pairs();
+                Some(band)
+            };
+            let part: Vec<MapBand> = std::iter::from_fn(next).take(PART.0).collect();
             let found = self.minima_of(&part, threads)?;
             for (band, found) in part.into_iter().zip(found) {
                 done += band.pairs();

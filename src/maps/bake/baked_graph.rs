@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, EdgeMotion, EdgesInto, Entry, Motion, MotionGraph, NodeId, Playhead};
+use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId, Playhead};
 use crate::maps::entries::{EntryReport, EntryTable, KnownEntry, Stance, TargetStances};
 use crate::maps::grid::{Grid, GridCells, PathTable, Retimable};
 use crate::maps::regions::{
@@ -161,7 +161,7 @@ impl BakedGraph {
         let stance = self.stance_at(motion, seconds);
         let entry = |known: &KnownEntry| {
             let index = usize::from(known.target);
-            let target = self.entries.targets()[index];
+            let target = self.entries.targets[index];
             Entry {
                 edge: target.edge,
                 frame: target.edge_frame as f32,
@@ -171,7 +171,9 @@ impl BakedGraph {
             }
         };
         let playhead = motion.playhead(&self.graph, seconds);
-        let known = self.entries.at(&self.graph, playhead);
+        let known = self
+            .entries
+            .at(&self.entries.entries, &self.graph, playhead);
         known.iter().map(entry).collect()
     }
 
@@ -180,7 +182,7 @@ impl BakedGraph {
     #[must_use]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let playhead = motion.playhead(&self.graph, seconds);
-        if self.entries.exits_at(&self.graph, playhead).is_empty() {
+        if self.exits_of(playhead).is_empty() {
             return Vec::new();
         }
         self.exits(playhead, self.stance_at(motion, seconds))
@@ -193,10 +195,10 @@ impl BakedGraph {
         playhead: Playhead,
         stance: Stance,
     ) -> impl Iterator<Item = Entry> + '_ {
-        let known = self.entries.exits_at(&self.graph, playhead);
-        known.iter().map(move |known| {
+        let known = self.exits_of(playhead).iter();
+        known.map(move |known| {
             let index = usize::from(known.target);
-            let target = self.entries.exits().targets()[index];
+            let target = self.entries.exit_targets[index];
             let to = &self.derived.stances.exits[index];
             Entry {
                 edge: target.edge,
@@ -206,6 +208,11 @@ impl BakedGraph {
                 blend: known.exit_blend(),
             }
         })
+    }
+
+    fn exits_of(&self, playhead: Playhead) -> &[KnownEntry] {
+        let entries = &self.entries;
+        entries.at(&entries.exits, &self.graph, playhead)
     }
 
     fn stance_at(&self, motion: &Motion, seconds: f32) -> Stance {
@@ -218,13 +225,16 @@ impl BakedGraph {
     /// Whether an evasion can be entered from a moment of the graph.
     #[must_use]
     pub fn has_entries_at(&self, playhead: Playhead) -> bool {
-        !self.entries.at(&self.graph, playhead).is_empty()
+        let entries = &self.entries;
+        !entries
+            .at(&entries.entries, &self.graph, playhead)
+            .is_empty()
     }
 
     /// Maximum angular speed of each joint in an entry, in radians per second.
     #[must_use]
     pub fn entry_joint_speeds(&self) -> &[f32] {
-        &self.entries.limits().joint_speed
+        &self.entries.limits.joint_speed
     }
 
     /// Statistics of the entries.
@@ -346,7 +356,7 @@ impl BakedGraph {
 /// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
 /// starts, against the edges' direction.
 fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
-    let into = EdgesInto::new(graph);
+    let into = graph.edges_into();
     let mut frames = vec![u32::MAX; graph.nodes().len()];
     let mut open = std::collections::BinaryHeap::new();
     for evasion in evasions {
@@ -358,11 +368,8 @@ fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
         if so_far > frames[node as usize] {
             continue;
         }
-        for edge in into
-            .edges(NodeId(node))
-            .iter()
-            .map(|&edge| graph.edge(edge))
-        {
+        for &edge in into.group(node as usize) {
+            let edge = &graph.edges()[edge as usize];
             let total = so_far.saturating_add(edge.frames);
             let known = &mut frames[edge.from.index()];
             if total < *known {

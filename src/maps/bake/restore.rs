@@ -195,7 +195,7 @@ impl BakedGraph {
         });
         let slices = self.atlas.regions().len() * self.atlas.grid().slices as usize;
         let spheres = self.body.spheres.len() + self.body.props.len();
-        let stances = self.entries.targets().len() + self.entries.exits().targets().len();
+        let stances = self.entries.targets.len() + self.entries.exit_targets.len();
         tracks.sum::<u64>()
             + of(stances, size_of::<Stance>())
             + of(

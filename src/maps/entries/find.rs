@@ -46,10 +46,10 @@ impl EntryTable {
         for found in found {
             table.cut += u64::from(found.entries.len() == MOST);
             table.entries.push(&found.entries);
-            table.exits.lists.push(&found.exits);
+            table.exits.push(&found.exits);
             table.layers.push(&found.layers);
         }
-        table.exits.targets = goals.exits.targets.iter().map(Into::into).collect();
+        table.exit_targets = goals.exits.targets.iter().map(Into::into).collect();
         let exits = goals.exits.within_utmost(&utmost);
         table.shorten_stretches(&exits, watch.stage(BakeStage::Exits, threads));
         watch.check()?;
@@ -251,13 +251,13 @@ impl EntryTable {
             .zip(found)
             .peekable();
         let mut lists = MomentLists::default();
-        for moment in 0..self.exits.lists.moments() as u32 {
+        for moment in 0..self.exits.moments() as u32 {
             match found.next_if(|(at, _)| *at == moment) {
                 Some((_, list)) => lists.push(&list),
-                None => lists.push(self.exits.lists.list(moment)),
+                None => lists.push(self.exits.list(moment)),
             }
         }
-        self.exits.lists = lists;
+        self.exits = lists;
     }
 }
 
@@ -273,11 +273,8 @@ impl Finder<'_> {
         /// Minimum distance of the targets of one moment's exits in a clip, in frames.
         const APART: u32 = 10;
         let mut found: Vec<KnownEntry> = Vec::new();
-        self.find_near(from, &mut scratch.near);
-        let near = scratch.near.iter().enumerate();
-        let near = near.filter_map(|(target, &near)| near.then_some(target));
-        let mut nearest: Vec<Aligned> =
-            near.filter_map(|target| self.align(from, target)).collect();
+        let all = 0..self.targets.len();
+        let mut nearest: Vec<Aligned> = all.filter_map(|target| self.align(from, target)).collect();
         nearest.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target)));
         for (rank, aligned) in nearest.into_iter().enumerate() {
             if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {

@@ -4,8 +4,8 @@ use crate::anim::{Facing, JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node};
 use crate::maps::entries::examine::{Cut, Examiner};
 use crate::maps::entries::frames::{EnteredMotion, FrameSampler, LeftMotion};
-use crate::maps::entries::limits::{DEPARTURES, MotionLimits, head};
-use crate::maps::entries::stance::{NearStances, Stance};
+use crate::maps::entries::limits::{DEPARTURES, MotionLimits, departure, departures, head};
+use crate::maps::entries::stance::Stance;
 use crate::maps::entries::table::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::targets::{ClipFrame, ClipPlaces};
 use crate::math::{Rigid2, in_parallel};
@@ -14,14 +14,11 @@ use glam::Vec3;
 pub(crate) struct Scratch<'a> {
     pub(crate) sampler: FrameSampler<'a>,
     pub(crate) examiner: Examiner,
-    /// For each target, whether it is near.
-    pub(crate) near: Vec<bool>,
 }
 
 impl<'a> Scratch<'a> {
     pub(crate) fn new(graph: &'a MotionGraph) -> Self {
         Self {
-            near: Vec::new(),
             sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
         }
@@ -59,7 +56,6 @@ pub(crate) struct Finder<'a> {
     pub(crate) head: JointId,
     pub(crate) facing: Facing,
     pub(crate) stances: Vec<Stance>,
-    pub(crate) near: NearStances,
     /// Positions of hips and head of each target after the last of [`DEPARTURES`].
     pub(crate) points: Vec<Points>,
     ways: Ways,
@@ -107,7 +103,6 @@ impl<'a> Finder<'a> {
             .iter()
             .map(|target| Stance::at_frame(graph, facing, target.node()))
             .collect();
-        let legs = graph.feet().legs().len().min(Stance::LEGS);
         Self {
             graph,
             limits,
@@ -115,7 +110,6 @@ impl<'a> Finder<'a> {
             places,
             head,
             facing,
-            near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
             stances,
             points: targets.iter().map(points).collect(),
             ways,
@@ -158,21 +152,14 @@ impl<'a> Finder<'a> {
         scratch: &mut Scratch<'_>,
     ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
-        self.find_near(from, &mut scratch.near);
         for target in spread(self.targets.len()) {
             if found.len() == most {
                 break;
             }
-            if !scratch.near[target] {
-                continue;
+            let aligned = self.align(from, target);
+            if let Some(aligned) = aligned.filter(|aligned| aligned.goes_on) {
+                found.extend(self.plausible(from, aligned, scratch));
             }
-            let Some(aligned) = self.align(from, target) else {
-                continue;
-            };
-            if !aligned.goes_on {
-                continue;
-            }
-            found.extend(self.plausible(from, aligned, scratch));
         }
         found.sort_by_key(|found| found.target);
         found
@@ -254,18 +241,6 @@ pub(crate) struct Aligned {
 const STAYS: u32 = 4;
 
 impl Finder<'_> {
-    /// Writes for each target whether [`Finder::align`] may align it.
-    pub(crate) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
-        match self.near.is_empty() {
-            false => self.near.find(&from.stance, &from.standing, near),
-            // The body has no feet.
-            true => {
-                near.clear();
-                near.resize(self.targets.len(), true);
-            }
-        }
-    }
-
     /// Aligns a target. Returns `None` if it is within three frames of the frame that is left, or too far away.
     pub(crate) fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
@@ -289,13 +264,11 @@ impl Finder<'_> {
     /// the body is where the target's clip has it, so no pose of the blend is needed.
     fn departed(&self, [before, now]: [Points; 2], target: usize, align: Rigid2) -> (f32, bool) {
         let last = DEPARTURES.len() - 1;
-        let frames = (DEPARTURES[last] * self.graph.frame_rate() as f32).round();
-        let then = self.points[target];
-        let off = |before: Vec3, now: Vec3, then: Vec3| {
-            align.point(then) - (now + (now - before) * frames)
-        };
-        let hip = off(before.hip, now.hip, then.hip).with_y(0.0).length();
-        let head = off(before.head, now.head, then.head).length();
+        let frames = departures(self.graph.frame_rate() as f32)[last];
+        let Points { hip, head } = self.points[target];
+        let hip = departure([before.hip, now.hip, align.point(hip)], frames);
+        let head = departure([before.head, now.head, align.point(head)], frames);
+        let (hip, head) = (hip.with_y(0.0).length(), head.length());
         let fits =
             hip <= self.limits.hip_departure[last] && head <= self.limits.head_departure[last];
         (hip + head, fits)

@@ -48,7 +48,7 @@ impl EntryTable {
         let mut report = EntryReport {
             entries: self.entries.len(),
             cut: self.cut,
-            exits: self.exits.lists.len(),
+            exits: self.exits.len(),
             layers: self.layers.len(),
             ..EntryReport::default()
         };
@@ -143,8 +143,8 @@ impl PlayedFrames {
     /// The stretches between the branch points, in frames.
     pub(crate) fn stretches(mut self, table: &EntryTable) -> Vec<Range<usize>> {
         for (number, moment) in table.moments_of(self.clip).enumerate() {
-            let is_branch = !table.entries.list(moment).is_empty()
-                || !table.exits.lists.list(moment).is_empty();
+            let is_branch =
+                !table.entries.list(moment).is_empty() || !table.exits.list(moment).is_empty();
             self.branches[number * table.step as usize] |= is_branch;
         }
         let (frames, mut first) = (self.is_event.len(), 0);

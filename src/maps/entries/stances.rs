@@ -23,7 +23,7 @@ impl TargetStances {
             let at = ClipFrame::new(graph, edge, edge_frame);
             Stance::at_frame(graph, facing, at.node())
         };
-        let (entries, exits) = (table.targets(), table.exits.targets());
+        let (entries, exits) = (&table.targets, &table.exit_targets);
         let entry = |target: usize| at(entries[target].edge, entries[target].edge_frame);
         let exit = |target: usize| at(exits[target].edge, exits[target].edge_frame);
         Self {

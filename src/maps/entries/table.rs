@@ -29,6 +29,15 @@ pub(crate) struct EntryTarget {
     pub edge_frame: u32,
 }
 
+/// A frame of natural motion that an exit leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ExitTarget {
+    /// Edge that plays the frame.
+    pub edge: EdgeId,
+    /// Position of the frame on that edge, in frames.
+    pub edge_frame: u32,
+}
+
 /// One entry of a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(C, packed)]
@@ -108,24 +117,15 @@ pub(crate) struct EntryTable {
     pub(crate) entries: MomentLists,
     /// Number of moments with the maximum number of entries.
     pub(crate) cut: u64,
-    pub(crate) exits: ExitTable,
+    /// Frames of natural motion that exits lead to: cuts from any moment of the clips, also inside an evasion or an attack.
+    pub(crate) exit_targets: Vec<ExitTarget>,
+    /// Exits of each moment, the one with the least departure first.
+    pub(crate) exits: MomentLists,
     /// Layered evasions. Their targets are those of the entries.
     pub(crate) layers: MomentLists,
 }
 
 impl EntryTable {
-    /// Limits of motion, measured in the clips.
-    #[must_use]
-    pub(crate) fn limits(&self) -> &MotionLimits {
-        &self.limits
-    }
-
-    /// All frames that can be entered, sorted by evasion and frame.
-    #[must_use]
-    pub(crate) fn targets(&self) -> &[EntryTarget] {
-        &self.targets
-    }
-
     /// An evasion's first target, or `None` if it cannot be entered.
     pub(crate) fn first_target(&self, evasion: usize) -> Option<&EntryTarget> {
         let of = |target: &EntryTarget| usize::from(target.evasion);
@@ -141,37 +141,23 @@ impl EntryTable {
         self.entries.len() == 0
     }
 
-    /// Entries of the moment that is nearest to a playhead. In a transition the side with the larger weight determines the moment.
+    /// Entries, exits or layers of the moment that is nearest to a playhead, by their lists. In a transition the side with the larger weight
+    /// determines the moment.
     #[must_use]
-    pub(crate) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+    pub(crate) fn at<'t>(
+        &self,
+        lists: &'t MomentLists,
+        graph: &MotionGraph,
+        playhead: Playhead,
+    ) -> &'t [KnownEntry] {
         let moment = self.moment(graph, playhead);
-        moment.map_or(&[], |moment| self.entries.list(moment))
-    }
-
-    /// The frames that exits lead to.
-    #[must_use]
-    pub(crate) fn exits(&self) -> &ExitTable {
-        &self.exits
-    }
-
-    /// Exits of the moment that is nearest to a playhead, the least departure first.
-    #[must_use]
-    pub(crate) fn exits_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
-        let moment = self.moment(graph, playhead);
-        moment.map_or(&[], |moment| self.exits.lists.list(moment))
+        moment.map_or(&[], |moment| lists.list(moment))
     }
 
     /// Whether any moment has a layered evasion.
     #[must_use]
     pub(crate) fn has_layers(&self) -> bool {
         self.layers.len() > 0
-    }
-
-    /// Layered evasions of the moment that is nearest to a playhead.
-    #[must_use]
-    pub(crate) fn layers_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
-        let moment = self.moment(graph, playhead);
-        moment.map_or(&[], |moment| self.layers.list(moment))
     }
 
     /// The moments of a clip.
@@ -215,7 +201,8 @@ impl EntryTable {
         let is_none = self.step == 0
             && self.entries == MomentLists::default()
             && self.targets.is_empty()
-            && self.exits == ExitTable::default()
+            && self.exit_targets.is_empty()
+            && self.exits == MomentLists::default()
             && self.layers == MomentLists::default();
         let target_fits = |target: &EntryTarget| {
             let evasion = evasions.get(usize::from(target.evasion));
@@ -230,9 +217,16 @@ impl EntryTable {
                 && (from.clip, from.frame + target.edge_frame) == (goal.clip, target.frame)
         };
         let legs = graph.feet().legs().len();
-        let entry_fits = |entry: &KnownEntry| {
-            usize::from(entry.target) < self.targets.len()
-                && entry.pin().is_none_or(|leg| leg < legs)
+        let exit_target_fits = |target: &ExitTarget| {
+            let edge = graph.edges().get(target.edge.index());
+            edge.is_some_and(|edge| {
+                edge.motion == EdgeMotion::Clip && target.edge_frame < edge.frames
+            })
+        };
+        let lists_fit = |lists: &MomentLists, targets: usize| {
+            lists.fits(moments, |entry| {
+                usize::from(entry.target) < targets && entry.pin().is_none_or(|leg| leg < legs)
+            })
         };
         let fits = is_none
             || has_moments
@@ -240,11 +234,10 @@ impl EntryTable {
                 && self
                     .targets
                     .is_sorted_by_key(|target| (target.evasion, target.frame))
-                && self.entries.fits(moments, entry_fits)
-                && self.exits.fits(graph, moments)
-                && self.layers.fits(moments, |layer| {
-                    usize::from(layer.target) < self.targets.len()
-                })
+                && lists_fit(&self.entries, self.targets.len())
+                && self.exit_targets.iter().all(exit_target_fits)
+                && lists_fit(&self.exits, self.exit_targets.len())
+                && lists_fit(&self.layers, self.targets.len())
                 && self.limits.is_sound(graph.skeleton());
         match fits {
             true => Ok(()),
@@ -294,47 +287,5 @@ impl MomentLists {
             && self.ends.is_sorted()
             && self.ends.last().map_or(0, |&end| end as usize) == self.entries.len()
             && self.entries.iter().all(is_sound)
-    }
-}
-
-// Exits: cuts from any moment of the clips, also inside an evasion or an attack, back into natural motion.
-
-/// A frame of natural motion that an exit leads to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ExitTarget {
-    /// Edge that plays the frame.
-    pub edge: EdgeId,
-    /// Position of the frame on that edge, in frames.
-    pub edge_frame: u32,
-}
-
-/// Exits of all moments. The moments are those of the [`EntryTable`](EntryTable).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ExitTable {
-    pub(crate) targets: Vec<ExitTarget>,
-    /// Exits of each moment, the one with the least departure first.
-    pub(crate) lists: MomentLists,
-}
-
-impl ExitTable {
-    /// All frames that exits lead to.
-    #[must_use]
-    pub(crate) fn targets(&self) -> &[ExitTarget] {
-        &self.targets
-    }
-
-    /// Checks all indices.
-    pub(crate) fn fits(&self, graph: &MotionGraph, moments: usize) -> bool {
-        let target_fits = |target: &ExitTarget| {
-            let edge = graph.edges().get(target.edge.index());
-            edge.is_some_and(|edge| {
-                edge.motion == EdgeMotion::Clip && target.edge_frame < edge.frames
-            })
-        };
-        let legs = graph.feet().legs().len();
-        let exit_fits = |exit: &KnownEntry| {
-            usize::from(exit.target) < self.targets.len() && exit.pin().is_none_or(|leg| leg < legs)
-        };
-        self.targets.iter().all(target_fits) && self.lists.fits(moments, exit_fits)
     }
 }

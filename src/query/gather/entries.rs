@@ -48,7 +48,8 @@ pub(in crate::query) fn gather_entries(
         let delay = number as f32 * DELAY_STEP;
         let stance = natural.stance(baked, request, delay);
         let playhead = natural.motion(baked, request).playhead(graph, delay);
-        for &known in baked.entries().at(graph, playhead) {
+        let known = baked.entries();
+        for &known in known.at(&known.entries, graph, playhead) {
             add_rates(query, known, &stance, delay, contact - delay, entries);
         }
     }
@@ -82,7 +83,7 @@ pub(super) struct EnteredEvasion {
 impl EnteredEvasion {
     pub(super) fn new(baked: &BakedGraph, known: KnownEntry) -> Self {
         let graph = baked.graph();
-        let target = baked.entries().targets()[usize::from(known.target)];
+        let target = baked.entries().targets[usize::from(known.target)];
         let evasion = usize::from(target.evasion);
         let edge = graph.edge(baked.evasions()[evasion].edge);
         let start = graph.node(edge.from);

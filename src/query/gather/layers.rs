@@ -71,7 +71,7 @@ pub(in crate::query) fn gather_layers(
     for left in LEFT {
         let delay = (contact - left).max(0.0);
         let playhead = motion.playhead(graph, delay);
-        for &known in entries.layers_at(graph, playhead) {
+        for &known in entries.at(&entries.layers, graph, playhead) {
             add_rates(query, known, delay, contact, ranking, layers);
         }
         if left >= contact {

@@ -15,7 +15,7 @@ use super::gui::{bars, write_beside};
 use super::player::Times;
 use super::{Event, Scene, Seen, WindowError};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
+use sabaki::graph::{EdgeId, Motion, MotionGraph, MotionStep, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::smooth_step;
 use sabaki::math::{F32x16, Rigid2, Sphere};
@@ -570,10 +570,7 @@ impl Walker {
             Vec2::new(root.x, root.z).length()
         };
         // The clip's own edge first, then the closest transitions.
-        let cost = |edge: &EdgeId| match graph.edge(*edge).motion {
-            EdgeMotion::Clip => 0.0,
-            EdgeMotion::Transition { distance, .. } => distance,
-        };
+        let cost = |edge: &EdgeId| graph.edge(*edge).motion.distance();
         let mut edges: Vec<EdgeId> = graph.edges_from(node).collect();
         edges.sort_by(|a, b| cost(a).total_cmp(&cost(b)).then(a.0.cmp(&b.0)));
         edges.truncate(EDGES);

@@ -49,6 +49,39 @@ impl Camera {
         }
     }
 
+    /// Camera in the horizontal direction `out` from `place`, at an angle above the horizon, that shows spheres over the whole height above the
+    /// ground. The picture has `share` of the width of the spheres beside its centre and `margin` metres around; the centre is `lift` metres
+    /// above the middle.
+    pub(super) fn framing(
+        place: Vec3,
+        out: Vec3,
+        up: f32,
+        seen: &[Sphere],
+        aspect: f32,
+        [share, margin, lift]: [f32; 3],
+    ) -> Self {
+        let right = Vec3::Y.cross(out);
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for Sphere { centre, radius } in seen {
+            let at = Vec2::new(centre.dot(right), centre.y);
+            low = low.min(at - *radius);
+            high = high.max(at + *radius);
+        }
+        let middle = place.with_y(0.0);
+        let aside = 0.5 * (low.x + high.x) - middle.dot(right);
+        let half = (share * (high.x - low.x) / aspect).max(0.5 * high.y) + margin;
+        let field = 30f32.to_radians();
+        Self {
+            field,
+            ..Self::orbit(Orbit {
+                target: middle + right * aside + Vec3::Y * (0.5 * high.y + lift),
+                around: out.x.atan2(out.z),
+                up,
+                distance: half / (0.5 * field).tan(),
+            })
+        }
+    }
+
     /// Transform from world to Vulkan's clip space: y points down, depth is 1 at [`Camera::NEAR`]
     /// and 0 at infinity. `aspect` is width divided by height.
     #[must_use]

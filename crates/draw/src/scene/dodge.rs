@@ -5,18 +5,18 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::camera::{bounded, film_times};
-use super::{Actor, Camera, Capsule, Layer, Light, Look, Orbit, Shot, Skin};
+use super::{Actor, Camera, Capsule, Layer, Light, Look, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
+use sabaki::graph::{Edge, EdgeId, Motion, MotionGraph, MotionStep, Playhead};
 use sabaki::maps::{
-    BakedGraph, BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, MovingSphere, SUB_TEXELS, Slab,
-    raster,
+    BakedGraph, BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, MovingSphere, Slab, raster,
 };
 use sabaki::math::{Rigid2, Sphere, smooth_step};
 use sabaki::query::{Answer, Attack, Clearance};
+
 /// Settings of the playback of a dodge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DodgeSettings {
@@ -214,24 +214,10 @@ impl Dodge<'_> {
         let mut joints = Vec::new();
         self.joints(self.clearance.time, &mut joints);
         let out = self.side(&joints);
-        let right = Vec3::Y.cross(out);
         let balls = self.balls();
-        let (low, high) = self.extent(right, &balls);
-        let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
-        let aside = 0.5 * (low.x + high.x) - middle.dot(right);
-        let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
+        let (seen, place) = (self.seen(&balls), joints[0].translation);
         // Objects in front of the centre appear larger.
-        let half = (0.55 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
-        let field = 30f32.to_radians();
-        let camera = Camera {
-            field,
-            ..Camera::orbit(Orbit {
-                target,
-                around: out.x.atan2(out.z),
-                up: UP,
-                distance: half / (0.5 * field).tan(),
-            })
-        };
+        let camera = Camera::framing(place, out, UP, &seen, aspect, [0.55, 0.16, -0.03]);
         camera.enclosing(balls, aspect)
     }
 
@@ -297,22 +283,19 @@ impl Dodge<'_> {
         balls
     }
 
-    /// Horizontal and vertical extent of everything that should be visible.
-    fn extent(&self, right: Vec3, balls: &[Sphere]) -> (Vec2, Vec2) {
+    /// Everything that should be visible.
+    fn seen(&self, balls: &[Sphere]) -> Vec<Sphere> {
         let [start, end] = self.span();
-        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        let mut add = |place: Vec3, radius: f32| {
-            let seen = Vec2::new(place.dot(right), place.y);
-            low = low.min(seen - radius);
-            high = high.max(seen + radius);
-        };
-        let mut joints = Vec::new();
+        let (mut seen, mut joints) = (balls.to_vec(), Vec::new());
         for step in 0..=24 {
             self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
-            joints.iter().for_each(|joint| add(joint.translation, 0.1));
+            seen.extend(
+                joints
+                    .iter()
+                    .map(|joint| Sphere::new(joint.translation, 0.1)),
+            );
         }
-        balls.iter().for_each(|ball| add(ball.centre, ball.radius));
-        (low, high)
+        seen
     }
 
     /// Shot of a time.
@@ -439,10 +422,7 @@ fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f3
 /// transition.
 fn edge_before(graph: &MotionGraph, edge: EdgeId) -> Option<(EdgeId, &Edge)> {
     let from = graph.edge(edge).from;
-    let cost = |edge: &Edge| match edge.motion {
-        EdgeMotion::Clip => 0.0,
-        EdgeMotion::Transition { distance, .. } => distance,
-    };
+    let cost = |edge: &Edge| edge.motion.distance();
     let leading = graph.edge_ids().map(|id| (id, graph.edge(id)));
     leading
         .filter(|(_, edge)| edge.to == from)
@@ -560,11 +540,7 @@ fn attack_map(attack: &Attack, grid: MapGrid, slab: Slab) -> BitMap {
         sphere.for_each_step(|ball| discs.extend(grid.disc(ball.centre, ball.radius, slab)));
     }
     let rect = MapRect::around(&discs).intersection(SHOWN);
-    let moved = |disc: &Disc| Disc {
-        x: disc.x - rect.u * SUB_TEXELS,
-        z: disc.z - rect.v * SUB_TEXELS,
-        ..*disc
-    };
+    let moved = |disc: &Disc| disc.relative_to(rect.u, rect.v);
     let drawing = Drawing {
         rect,
         frame_ends: vec![discs.len() as u32],

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::camera::film_times;
-use super::{Actor, Camera, Capsule, Light, Look, Orbit, Shot, Skin};
+use super::{Actor, Camera, Capsule, Light, Look, Shot, Skin};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::graph::EdgeId;
 use sabaki::maps::BakedGraph;
@@ -169,55 +169,34 @@ impl<'a> DuelPlayback<'a> {
     /// Camera beside the fighters, on the side of the attacking limb, that shows both during the
     /// whole cut.
     fn camera(&self, exchange: &Exchange, span: [f32; 2], aspect: f32) -> Camera {
-        let (mut a, mut b) = (Vec::new(), Vec::new());
-        let near = exchange.nearest_at;
-        self.joints(exchange.attacker, near, &mut a);
-        self.joints(1 - exchange.attacker, near, &mut b);
-        let along = b[0].translation - a[0].translation;
+        let (mut joints, near) = (Vec::new(), exchange.nearest_at);
+        let [a, b] = [exchange.attacker, 1 - exchange.attacker].map(|fighter| {
+            self.joints(fighter, near, &mut joints);
+            joints[0]
+        });
+        let along = b.translation - a.translation;
         let along = Vec3::new(along.x, 0.0, along.z).normalize_or(Vec3::Z);
         let across = Vec3::new(along.z, 0.0, -along.x);
         let limb = attacking_limb(exchange, near);
-        let side = (limb - a[0].translation).dot(across);
+        let side = (limb - a.translation).dot(across);
         let across = if side < 0.0 { -across } else { across };
         // Slightly behind the attacker, because the defender's answer is of interest.
         let out = (across - 0.22 * along).normalize_or(Vec3::Z);
-        let right = Vec3::Y.cross(out);
-        let (low, high) = self.extent(span, right);
-        let middle = 0.5 * (a[0].translation + b[0].translation);
-        let middle = Vec3::new(middle.x, 0.0, middle.z);
-        let aside = 0.5 * (low.x + high.x) - middle.dot(right);
-        let target = middle + right * aside + Vec3::Y * (0.5 * high.y + 0.06);
-        // Leave space for text at the top.
-        let half = (0.54 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.25;
-        let field = 30f32.to_radians();
-        let orbit = Orbit {
-            target,
-            around: out.x.atan2(out.z),
-            up: 0.14,
-            distance: half / (0.5 * field).tan(),
-        };
-        Camera {
-            field,
-            ..Camera::orbit(orbit)
-        }
-    }
-
-    /// Horizontal and vertical extent of both fighters.
-    fn extent(&self, [start, end]: [f32; 2], right: Vec3) -> (Vec2, Vec2) {
-        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        let mut joints = Vec::new();
+        let mut seen = Vec::new();
         for step in 0..=24 {
-            let t = start + (end - start) * step as f32 / 24.0;
+            let t = span[0] + (span[1] - span[0]) * step as f32 / 24.0;
             for fighter in 0..2 {
                 self.joints(fighter, t, &mut joints);
-                for joint in &joints {
-                    let seen = Vec2::new(joint.translation.dot(right), joint.translation.y);
-                    low = low.min(seen - 0.1);
-                    high = high.max(seen + 0.1);
-                }
+                seen.extend(
+                    joints
+                        .iter()
+                        .map(|joint| Sphere::new(joint.translation, 0.1)),
+                );
             }
         }
-        (low, high)
+        let middle = 0.5 * (a.translation + b.translation);
+        // Leave space for text at the top.
+        Camera::framing(middle, out, 0.14, &seen, aspect, [0.54, 0.25, 0.06])
     }
 
     /// Shot of a time in a cut.

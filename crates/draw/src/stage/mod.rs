@@ -130,7 +130,6 @@ struct Parts {
     indices: Buffer,
     skins: Skins,
     slots: Vec<Slot>,
-    pool: vk::DescriptorPool,
     live: bool,
 }
 
@@ -200,8 +199,9 @@ impl Stage {
                 slot.fill(&mut device, desc, number)?;
             }
         }
-        parts.pool = slot::sets(context, parts.pipelines.set_layout, &mut parts.slots)?;
-        for slot in &parts.slots {
+        let sets = parts.pipelines.sets.allocate(context, parts.slots.len())?;
+        for (slot, set) in parts.slots.iter_mut().zip(sets) {
+            slot.set = set;
             slot.point(context, parts.targets.shadow.view, &parts.skins.texels);
         }
         Ok(())
@@ -277,8 +277,6 @@ impl Stage {
 
     fn free(&mut self, memory: &mut dyn Memory) {
         let (context, parts) = (&self.context, &mut self.parts);
-        // SAFETY: the pool is null or of this device, and the caller knows that the device is done with its sets.
-        unsafe { context.device().destroy_descriptor_pool(parts.pool, None) };
         for slot in &mut parts.slots {
             slot.destroy(context, memory);
         }

@@ -10,7 +10,9 @@ use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT, VIEW_LAYER_FRAG,
     VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
-use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage, graphics_pipeline};
+use sabaki::gpu::internal::{
+    DescriptorSets, Named, Shader, Stage as ShaderStage, graphics_pipeline,
+};
 use sabaki::gpu::{Context, GpuError};
 
 /// Format of the shadow map and the depth buffer.
@@ -92,7 +94,7 @@ const ALL: [Desc; 11] = {
 pub(super) struct Pipelines {
     all: Vec<vk::Pipeline>,
     pub(super) layout: vk::PipelineLayout,
-    pub(super) set_layout: vk::DescriptorSetLayout,
+    pub(super) sets: DescriptorSets,
 }
 
 /// Shader stages that receive push constants.
@@ -126,22 +128,9 @@ impl Pipelines {
         samples: vk::SampleCountFlags,
     ) -> Result<(), GpuError> {
         let device = context.device();
-        let bindings: Vec<_> = (0..)
-            .zip(BINDINGS)
-            .map(|(number, (kind, stages))| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(number)
-                    .descriptor_type(kind)
-                    .descriptor_count(1)
-                    .stage_flags(stages)
-            })
-            .collect();
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        // SAFETY: the context's device is valid.
-        self.set_layout = unsafe { device.create_descriptor_set_layout(&info, None) }
-            .call("vkCreateDescriptorSetLayout")?;
+        self.sets.make_layout(context, &BINDINGS)?;
         let (sets, pushed) = (
-            [self.set_layout],
+            [self.sets.layout],
             [vk::PushConstantRange::default()
                 .stage_flags(PUSHED)
                 .size(MOST_PUSHED)],
@@ -173,8 +162,8 @@ impl Pipelines {
                 device.destroy_pipeline(pipeline, None);
             }
             device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_descriptor_set_layout(self.set_layout, None);
         }
+        self.sets.destroy(context);
         *self = Self::default();
     }
 }

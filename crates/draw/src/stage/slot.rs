@@ -7,7 +7,7 @@ use super::StageDesc;
 use super::pipelines::BINDINGS;
 use crate::scene::Capsule;
 use crate::shaders::{Bone, Character, DrawCommand, FrameData};
-use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Named};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
 
@@ -179,48 +179,4 @@ pub(super) fn write<T: Pod>(
     elements: &[T],
 ) -> Result<(), GpuError> {
     buffer.write(context, 0, bytemuck::cast_slice(elements))
-}
-
-/// Allocates one descriptor set for each slot.
-pub(super) fn sets(
-    context: &Context,
-    layout: vk::DescriptorSetLayout,
-    slots: &mut [Slot],
-) -> Result<vk::DescriptorPool, GpuError> {
-    let count = slots.len() as u32;
-    let of = |kind| BINDINGS.iter().filter(|(other, _)| *other == kind).count() as u32;
-    let sizes = [
-        vk::DescriptorType::UNIFORM_BUFFER,
-        vk::DescriptorType::SAMPLED_IMAGE,
-        vk::DescriptorType::STORAGE_BUFFER,
-    ]
-    .map(|kind| {
-        vk::DescriptorPoolSize::default()
-            .ty(kind)
-            .descriptor_count(count * of(kind))
-    });
-    let info = vk::DescriptorPoolCreateInfo::default()
-        .max_sets(count)
-        .pool_sizes(&sizes);
-    let device = context.device();
-    // SAFETY: the context's device is valid.
-    let pool =
-        unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
-    let layouts = vec![layout; slots.len()];
-    let info = vk::DescriptorSetAllocateInfo::default()
-        .descriptor_pool(pool)
-        .set_layouts(&layouts);
-    // SAFETY: the pool was just made for as many sets of this layout.
-    let sets = match unsafe { device.allocate_descriptor_sets(&info) } {
-        Ok(sets) => sets,
-        Err(result) => {
-            // SAFETY: nothing was made from it.
-            unsafe { device.destroy_descriptor_pool(pool, None) };
-            return Err(result).call("vkAllocateDescriptorSets");
-        }
-    };
-    for (slot, set) in slots.iter_mut().zip(sets) {
-        slot.set = set;
-    }
-    Ok(pool)
 }

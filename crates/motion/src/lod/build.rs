@@ -6,7 +6,6 @@
 
 use super::attach::{Attachments, FittedAttachment, Samples};
 use super::displacement::measure;
-use super::energy::Energies;
 use super::level::check;
 use super::settings::{LevelSettings, Order};
 use super::{Level, Levels, LodError};
@@ -31,7 +30,7 @@ impl Levels {
         let mut builder = Builder {
             skeleton,
             settings,
-            energies: Energies::new(skeleton, clips, settings)?,
+            clips,
             samples: Samples::new(skeleton, clips, settings.samples, settings.skin),
             attachments: Attachments::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
@@ -80,7 +79,7 @@ fn check_work(joints: usize, frames: usize) -> Result<(), LodError> {
 struct Builder<'a> {
     skeleton: &'a Skeleton,
     settings: &'a LevelSettings,
-    energies: Energies<'a>,
+    clips: &'a [Clip],
     samples: Samples,
     attachments: Attachments,
     keeps: Vec<bool>,
@@ -98,7 +97,7 @@ impl Builder<'_> {
 
     /// The next level, and the attachment of the joint that it has lost.
     fn next(&mut self, before: &Level) -> Result<(Level, FittedAttachment), LodError> {
-        let energies = self.energies.update(before)?;
+        let energies = before.joint_energies(self.skeleton, self.clips, self.settings)?;
         let mut best: Option<(f64, usize)> = None;
         for (index, id) in before.kept.iter().enumerate() {
             if !self.removable[id.index()] {
