@@ -527,7 +527,7 @@ fn frames_in_which_the_figure_has_no_size_are_left_out_and_named() {
     assert!(first.distance(wanted) < 1e-4);
 }
 
-/// The walking figure with fingers, a sword and a cape that turn by an angle from frame to frame.
+/// The walking figure with fingers, a sword and a cape that turn by an angle from frame to frame. A part of it counts as an evasion.
 fn with_details(angle: f32) -> ClipSet {
     let (mut set, _) = walking();
     let mut joints = set.skeleton.joints().to_vec();
@@ -559,6 +559,14 @@ fn with_details(angle: f32) -> ClipSet {
         desc.rotations = frames.collect();
         *clip = Clip::new(&set.skeleton, desc).unwrap();
     }
+    let seconds = set.clips[0].duration();
+    set.events = vec![Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start: 0.4 * seconds,
+        end: 0.6 * seconds,
+        joints: Vec::new(),
+    }];
     set
 }
 
@@ -585,6 +593,7 @@ fn fingers_and_carried_things_decide_nothing() {
     };
     let [a, b] = [a, b].map(limits);
     assert_eq!(a, b);
+    assert_eq!(a.len(), wild.skeleton.len());
     let details = sabaki::anim::details(&wild.skeleton);
     let mut limits = a.iter().zip(&details);
     assert!(limits.all(|(limit, is_detail)| limit.is_infinite() == *is_detail));
