@@ -517,7 +517,7 @@ mod tests {
             let from = random.below(count) as u32;
             let effort = |moment: &Moment| {
                 let far = moment.frame.abs_diff(from);
-                (far % 3 > 0).then_some(0.01 * far as f32)
+                (!far.is_multiple_of(3)).then_some(0.01 * far as f32)
             };
             let all = table.rows.iter().zip(&table.moments).enumerate();
             let naive = all
