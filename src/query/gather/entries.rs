@@ -48,8 +48,8 @@ pub(in crate::query) fn gather_entries(
         let delay = number as f32 * DELAY_STEP;
         let stance = natural.stance(baked, request, delay);
         let playhead = natural.motion(baked, request).playhead(graph, delay);
-        let known = baked.entries();
-        for &known in known.at(&known.entries, graph, playhead) {
+        let table = baked.entries();
+        for &known in table.at(&table.entries, graph, playhead) {
             add_rates(query, known, &stance, delay, contact - delay, entries);
         }
     }

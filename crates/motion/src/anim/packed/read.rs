@@ -174,16 +174,11 @@ impl<'a> PackedMoment<'a> {
 
     #[inline]
     pub(in crate::anim) fn translation(&self, joint: usize) -> Vec3 {
-        let [rotations, _] = self.clip.groups().rows();
-        self.between(|frame| frame.translation(rotations, joint))
-    }
-
-    #[inline]
-    fn between(&self, of: impl Fn(&FrameBytes<'_>) -> Vec3) -> Vec3 {
-        let [from, to] = &self.frames;
+        let ([rotations, _], [from, to]) = (self.clip.groups().rows(), &self.frames);
+        let here = from.translation(rotations, joint);
         match self.weight {
-            0.0 => of(from),
-            weight => of(from).lerp(of(to), weight),
+            0.0 => here,
+            weight => here.lerp(to.translation(rotations, joint), weight),
         }
     }
 
