@@ -169,7 +169,6 @@ fn whole_frame(report: &mut Report, speed: f32) {
                 seconds: 1.0 / 60.0,
                 switching: Some(&switching),
                 eye: Vec3::new(0.0, 0.0, -(walked % 500.0)),
-                ..Frame::default()
             };
             crowd.frame(&frame, &mut out).unwrap();
         },

@@ -10,7 +10,7 @@
 //! # How it works
 //! 1. `Levels` orders the joints by kinetic energy; `Switching` chooses the level for a distance.
 //! 2. `AnimationSet` holds the clips on all levels, in the form that the SIMD kernels read.
-//! 3. `Crowd::frame` advances the time, culls by the frustum, chooses levels, and poses into the mapped buffer.
+//! 3. `Crowd::frame` advances the time, chooses levels, and poses into the mapped buffer.
 //! 4. `pose_slice` says where in the buffer a character's joints are.
 
 #[path = "common/baked.rs"]
@@ -55,7 +55,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             seconds: 1.0 / 60.0,
             switching: Some(&switching),
             eye: Vec3::new(0.0, 1.7, 25.0),
-            ..Frame::default()
         };
         crowd.frame(&frame, &mut mapped)?;
     }

@@ -110,8 +110,6 @@ pub(super) struct CharacterState {
     /// Whether a second clip is cross-faded to.
     pub(super) fades: bool,
     pub(super) is_inactive: bool,
-    /// Whether the character was outside the frustum of the last frame.
-    pub(super) is_culled: bool,
     /// Whether the character waits for a group. Its state is then newer than the group's lane.
     pub(super) is_late: bool,
     /// The second clip; the character's own clip with a weight of 0 if nothing is mixed in.
@@ -188,7 +186,6 @@ impl CharacterState {
             detail: 0.0,
             fades: character.fade.is_some(),
             is_inactive: false,
-            is_culled: false,
             is_late: false,
             fade: MixState::new(&fade, animations, now),
         };

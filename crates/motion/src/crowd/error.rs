@@ -47,12 +47,6 @@ pub enum CrowdError {
         /// Number of characters of the crowd.
         characters: usize,
     },
-    /// The character was outside the frustum of the last frame.
-    #[error("character {id} is outside the frustum and was not posed")]
-    NotVisible {
-        /// Number of the character.
-        id: u32,
-    },
     /// The crowd is full.
     #[error("a crowd has {max} characters at most", max = MOST_CHARACTERS)]
     Full,

@@ -1,12 +1,12 @@
-//! One call per frame: time, culling, levels of detail and poses of all characters.
+//! One call per frame: time, levels of detail and poses of all characters.
 //!
 //! Source: the levels are those of [`Switching`](crate::lod::Switching). Differs in how they are found: for sixteen characters at a
-//! time, in the order of the groups (see `levels`). Only characters that need a finer level than their group's, or that enter the
-//! frustum, are moved to other groups.
+//! time, in the order of the groups (see `levels`). Only characters that need a finer level than their group's are moved to
+//! other groups.
 //!
 //! ```text
 //! advance the time
-//! choose levels and visibility of each lane                                                   levels
+//! choose the level of each lane                                                               levels
 //! move the characters that no longer fit their groups, or sort all of them                    sort
 //! for each chunk of groups, on any thread: pose its pieces                                    kernel
 //! ```
@@ -22,15 +22,15 @@ use super::frame_input::{Frame, FrameReport};
 use super::instances::{Crowd, MOST_CHUNKS};
 use super::kernel::moments::Run;
 use super::kernel::write::RunMemory;
-use super::levels::{FrameScratch, LevelPass, ParkedPass};
+use super::levels::LevelPass;
 use super::output::Layout;
-use super::sort::group::{Bucket, NOWHERE, PARKED, Slot};
-use crate::lod::LevelId;
+use super::sort::group::Bucket;
+use crate::lod::{LevelId, Switching};
 use crate::math::parallel::lock;
 use crate::math::{F32x16, RowSet};
 
 impl Crowd {
-    /// Advances time, chooses levels, culls, and poses all visible characters into the beginning of `out`. Allocates nothing
+    /// Advances time, chooses levels, and poses all active characters into the beginning of `out`. Allocates nothing
     /// once it has been called a few times for a crowd that has not grown.
     ///
     /// # Errors
@@ -44,7 +44,9 @@ impl Crowd {
         self.advance(frame.seconds);
         {
             let _span = tracing::trace_span!("crowd: choose levels").entered();
-            self.choose(frame);
+            if let Some(switching) = frame.switching {
+                self.choose(switching, frame.eye);
+            }
         }
         let report = {
             let _span = tracing::trace_span!("crowd: sort").entered();
@@ -62,36 +64,23 @@ impl Crowd {
         }
     }
 
-    /// Levels and visibility of all characters.
-    fn choose(&mut self, frame: &Frame<'_>) {
-        let mut scratch = std::mem::take(&mut self.scratch_of_frames);
-        if let Some(switching) = frame.switching {
-            scratch.ramps.update(switching);
-        }
+    /// Levels of all characters.
+    fn choose(&mut self, switching: &Switching, eye: Vec3) {
+        let scratch = &mut self.scratch_of_frames;
+        scratch.ramps.update(switching);
+        let last = self.animations.last();
         // Those that wait for a group.
-        for index in 0..self.late.len() {
-            self.choose_one(frame, self.late[index] as usize);
+        for &id in &self.late {
+            let state = &mut self.states[id as usize];
+            let distance = Vec3::new(state.x, state.y, state.z).distance(eye);
+            let choice = switching.choose(distance, Some(LevelId(state.detail as u16)));
+            state.set_detail(f32::from(choice.level.0) + choice.blend, last);
         }
-        if frame.switching.is_some() || frame.frustum.is_some() || !self.schedule.parked.is_empty()
-        {
-            self.choose_in_groups(frame, &mut scratch);
-            self.unpark(frame, &mut scratch);
-        } else {
-            self.schedule.show_all();
-            self.stale_cost.hidden = 0;
-        }
-        self.scratch_of_frames = scratch;
-    }
-
-    fn choose_in_groups(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
         scratch.groups.clear();
-        let groups = &self.schedule.groups;
-        let most = groups.capacity().max(self.schedule.parked.capacity());
-        scratch.groups.reserve(most);
-        let last = self.animations().last();
-        let found = self.settings().isa.on_lanes(LevelPass {
+        scratch.groups.reserve(self.schedule.groups.capacity());
+        let found = self.settings.isa.on_lanes(LevelPass {
             schedule: &mut self.schedule,
-            frame,
+            eye,
             ramps: &scratch.ramps,
             last: f32::from(last.0),
             finer: &mut scratch.groups,
@@ -102,78 +91,23 @@ impl Crowd {
                 self.schedule.groups[group as usize].detail,
             );
             let own = f32::from(cold.kind.level.0);
-            let visible = self.schedule.visible[group as usize];
             for (lane, &id) in cold.ids.iter().enumerate() {
                 let Some(state) = self.states.get_mut(id as usize) else {
                     continue;
                 };
-                if visible >> lane & 1 == 1 && detail.0[lane] < own && !state.is_late {
+                if detail.0[lane] < own && !state.is_late {
                     state.detail = detail.0[lane];
                     state.is_late = true;
-                    // Noted while it was hidden.
-                    state.is_culled = false;
                     self.late.push(id);
                 }
             }
         }
-        let levels = scratch.sorted_levels.get_or_insert(found.levels);
-        self.stale_cost.joints = (found.levels - *levels) as isize;
-        self.stale_cost.hidden = found.hidden;
+        let levels = scratch.sorted_levels.get_or_insert(found);
+        self.stale_cost.joints = (found - *levels) as isize;
     }
 
-    /// Chooses level and visibility of a character that is in no group.
-    fn choose_one(&mut self, frame: &Frame<'_>, id: usize) {
-        let last = self.animations().last();
-        let state = &mut self.states[id];
-        let position = Vec3::new(state.x, state.y, state.z);
-        state.is_culled = frame
-            .frustum
-            .is_some_and(|frustum| !frustum.contains(position));
-        if let Some(switching) = frame.switching {
-            let before = LevelId(state.detail as u16);
-            let choice = switching.choose(position.distance(frame.eye), Some(before));
-            state.set_detail(f32::from(choice.level.0) + choice.blend, last);
-        }
-    }
-
-    /// Makes parked characters that are visible wait for a group.
-    fn unpark(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
-        scratch.groups.clear();
-        let isa = self.settings().isa;
-        isa.on_lanes(ParkedPass {
-            parked: &self.schedule.parked,
-            frame,
-            visible: &mut scratch.groups,
-        });
-        for index in 0..scratch.groups.len() {
-            let parked = scratch.groups[index] as usize;
-            for lane in 0..F32x16::LANES {
-                let id = self.schedule.parked[parked].ids[lane] as usize;
-                if id >= self.states.len() || self.states[id].is_late {
-                    continue;
-                }
-                self.choose_one(frame, id);
-                if !self.states[id].is_culled {
-                    self.states[id].is_late = true;
-                    self.late.push(id as u32);
-                }
-            }
-        }
-    }
-
-    /// Whether the last frame posed a character: not where it was outside the frustum or inactive.
-    #[must_use]
-    pub fn is_posed(&self, id: MemberId) -> bool {
-        match self.slots.get(id.index()) {
-            None | Some(&NOWHERE) => false,
-            Some(&slot) if slot & PARKED != 0 => false,
-            Some(&slot) => self.schedule.is_visible(Slot::from_number(slot)),
-        }
-    }
-
-    /// Poses the characters into the beginning of `out`: all but inactive ones and those that the last [`Crowd::frame`] found
-    /// outside its frustum, which stay out until a frame sees them again. It sorts all characters where that is due and `out`
-    /// has room for any order of them. Allocates nothing once it has been called a few times for a crowd that has not grown.
+    /// Poses the characters into the beginning of `out`: all but inactive ones. It sorts all characters where that is due and `out` has room for
+    /// any order of them. Allocates nothing once it has been called a few times for a crowd that has not grown.
     ///
     /// # Errors
     /// A buffer that is too small.
@@ -230,7 +164,6 @@ impl Crowd {
                         near: &schedule.near[groups.clone()],
                         fades: piece.fades,
                         groups: &schedule.groups[groups.clone()],
-                        visible: &schedule.visible[groups.clone()],
                         cold: &schedule.cold[groups.clone()],
                         now,
                         output,

@@ -9,7 +9,7 @@ use super::kernel::batches::Scratch;
 use super::keys::animation_set::AnimationSet;
 use super::levels::FrameScratch;
 use super::output::{Layout, Output, PoseSlice};
-use super::sort::group::{MOST_LATE, NOWHERE, PARKED, Slot};
+use super::sort::group::{MOST_LATE, NOWHERE, Slot};
 use super::sort::schedule::{Schedule, Sorting, StaleCost};
 use crate::lod::LevelId;
 use crate::math::parallel::WorkerPool;
@@ -282,11 +282,7 @@ impl Crowd {
         }
         let cold = self.schedule.cold.get(Slot::from_number(slot).group);
         let fits = !state.is_inactive && cold.is_some_and(|cold| cold.kind.takes(&state));
-        if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
-            let Slot { group, lane } = Slot::from_number(slot);
-            self.schedule.parked[group].move_to(lane, &state);
-            state.is_culled = true;
-        } else if slot != NOWHERE && slot & PARKED == 0 && fits {
+        if slot != NOWHERE && fits {
             let [before, after] =
                 [before, state.level()].map(|level| self.animations.joints(level));
             self.stale_cost.joints += before as isize - after as isize;
@@ -299,13 +295,12 @@ impl Crowd {
         self.states[id.index()] = state;
     }
 
-    /// Reads the level that a frame has chosen, and whether the character was visible, from the character's lane.
+    /// Reads the level that a frame has chosen from the character's lane.
     pub(super) fn store_detail(&self, id: MemberId, state: &mut CharacterState) {
         let slot = self.slots[id.index()];
-        if slot & PARKED == 0 && !state.is_late {
+        if slot != NOWHERE && !state.is_late {
             let slot = Slot::from_number(slot);
             state.detail = self.schedule.groups[slot.group].detail.0[slot.lane];
-            state.is_culled = !self.schedule.is_visible(slot);
         }
     }
 }
@@ -422,16 +417,12 @@ impl Crowd {
     /// and after `output_len` alone the new places are not written yet.
     ///
     /// # Errors
-    /// [`CrowdError::NotVisible`] for a character that the last frame found outside the frustum;
     /// [`CrowdError::NoSuchCharacter`] for one that does not exist, is [inactive](Crowd::deactivate) or was added since.
     pub fn pose_slice(&self, id: MemberId) -> Result<PoseSlice, CrowdError> {
         self.check(id)?;
         let slot = self.slots[id.index()];
         if slot == NOWHERE {
             return Err(self.no_such(id));
-        }
-        if !self.is_posed(id) {
-            return Err(CrowdError::NotVisible { id: id.0 });
         }
         let Slot { group, lane } = Slot::from_number(slot);
         let cold = &self.schedule.cold[group];

@@ -1,10 +1,9 @@
-//! Levels of detail and culling of all characters, sixteen at a time.
+//! Levels of detail of all characters, sixteen at a time.
 //!
 //! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`](crate::lod::Switching).
 //!
 //! ```text
 //! for each group:
-//!     visible = lanes whose sphere is outside no plane of the frustum          no lane: next group
 //!     distance = |position - eye|
 //!     detail = sum of the ramps that begin before the furthest lane and end behind the nearest
 //!     with hysteresis: detail = the level before, as far as the ramps allow
@@ -21,8 +20,6 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::frame_input::{Frame, Frustum};
-use super::sort::group::Parked;
 use super::sort::schedule::Schedule;
 use crate::lod::Switching;
 use crate::math::{F32x16, Kernel, Lanes};
@@ -31,7 +28,7 @@ use crate::math::{F32x16, Kernel, Lanes};
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrameScratch {
     pub(super) ramps: LevelRamps,
-    /// Groups with characters that need a finer level, and parked groups with visible characters.
+    /// Groups with characters that need a finer level.
     pub(super) groups: Vec<u32>,
     /// Sum of all characters' levels at the last sorting.
     pub(super) sorted_levels: Option<f64>,
@@ -115,10 +112,11 @@ impl LevelRamps {
     }
 }
 
-/// Finds the levels and the visible lanes of all groups.
+/// Finds the levels of all groups. Returns the sum of the levels of all lanes.
 pub(super) struct LevelPass<'a> {
     pub(super) schedule: &'a mut Schedule,
-    pub(super) frame: &'a Frame<'a>,
+    /// The camera's position in the world, in metres.
+    pub(super) eye: Vec3,
     pub(super) ramps: &'a LevelRamps,
     /// Number of the coarsest level.
     pub(super) last: f32,
@@ -126,28 +124,19 @@ pub(super) struct LevelPass<'a> {
     pub(super) finer: &'a mut Vec<u32>,
 }
 
-/// Sums over a [`LevelPass`].
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LevelSum {
-    /// Sum of the levels of all lanes.
-    pub(super) levels: f64,
-    /// Number of joints that are posed for lanes outside the frustum.
-    pub(super) hidden: usize,
-}
-
 impl Kernel for LevelPass<'_> {
-    type Out = LevelSum;
+    type Out = f64;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> LevelSum {
+    fn run<L: Lanes>(self) -> f64 {
         let Self {
             schedule,
-            frame,
+            eye,
             ramps,
             last,
             finer,
         } = self;
-        let mut found = LevelSum::default();
+        let mut levels = 0.0;
         let mut hints = [0; 2];
         for bucket in &schedule.buckets {
             let own = f32::from(bucket.level.0);
@@ -155,16 +144,7 @@ impl Kernel for LevelPass<'_> {
             for index in bucket.groups.clone() {
                 let group = &mut schedule.groups[index];
                 let at = [group.x, group.y, group.z];
-                let visible = visible_lanes::<L>(&at, frame.frustum.as_ref());
-                schedule.visible[index] = visible;
-                if visible == 0 {
-                    continue;
-                }
-                found.hidden += visible.count_zeros() as usize * bucket.lines / F32x16::LANES;
-                if frame.switching.is_none() {
-                    continue;
-                }
-                let (distance, near, far) = distances::<L>(&at, frame.eye);
+                let (distance, near, far) = distances::<L>(&at, eye);
                 let (ends, mut is_finer) =
                     (ramps.coarsest.between(near, far, &mut hints[0]), false);
                 let sticky = match ramps.has_hysteresis {
@@ -190,31 +170,10 @@ impl Kernel for LevelPass<'_> {
             for (part, sum) in sums[..L::PARTS].iter().enumerate() {
                 let mut lanes = F32x16::ZERO;
                 sum.store(&mut lanes, part);
-                found.levels += lanes.0.iter().map(|&sum| f64::from(sum)).sum::<f64>();
+                levels += lanes.0.iter().map(|&sum| f64::from(sum)).sum::<f64>();
             }
         }
-        found
-    }
-}
-
-/// Finds the parked groups with visible characters.
-pub(super) struct ParkedPass<'a> {
-    pub(super) parked: &'a [Parked],
-    pub(super) frame: &'a Frame<'a>,
-    pub(super) visible: &'a mut Vec<u32>,
-}
-
-impl Kernel for ParkedPass<'_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (index, parked) in self.parked.iter().enumerate() {
-            let at = [parked.x, parked.y, parked.z];
-            if visible_lanes::<L>(&at, self.frame.frustum.as_ref()) != 0 {
-                self.visible.push(index as u32);
-            }
-        }
+        levels
     }
 }
 
@@ -233,27 +192,4 @@ fn distances<L: Lanes>(at: &[F32x16; 3], eye: Vec3) -> (F32x16, f32, f32) {
         minus_far = minus_far.min((L::splat(0.0) - distance).least());
     }
     (distances, near, -minus_far)
-}
-
-/// A bit for each lane whose sphere is not outside one of the planes.
-#[inline(always)]
-fn visible_lanes<L: Lanes>(at: &[F32x16; 3], frustum: Option<&Frustum>) -> u16 {
-    let Some(frustum) = frustum else {
-        return u16::MAX;
-    };
-    let mut outside = 0;
-    for part in 0..L::PARTS {
-        let (x, z) = (L::load(&at[0], part), L::load(&at[2], part));
-        let y = L::load(&at[1], part) + L::splat(frustum.centre);
-        let mut depth = L::splat(f32::INFINITY);
-        for plane in &frustum.planes {
-            let signed = L::splat(plane.x) * x
-                + L::splat(plane.y) * y
-                + L::splat(plane.z) * z
-                + L::splat(plane.w);
-            depth = signed.min(depth);
-        }
-        outside |= depth.mask_below(-frustum.radius) << (part * L::COUNT);
-    }
-    !(outside as u16)
 }

@@ -4,14 +4,14 @@
 //! 1. [`AnimationSet::new`] stores the clips on all levels in the form that the kernel reads. It is called once.
 //! 2. [`Crowd::with_capacity`] reserves memory; [`Crowd::add`] adds a character. [`Crowd::set`], [`Crowd::place`] and
 //!    [`Crowd::deactivate`] change it at any time.
-//! 3. [`Crowd::frame`] does a whole frame: time, culling, levels and poses, into memory that the caller owns, such as a buffer
+//! 3. [`Crowd::frame`] does a whole frame: time, levels and poses, into memory that the caller owns, such as a buffer
 //!    mapped from a device. [`Crowd::pose`] does the poses alone.
 //! 4. [`Crowd::pose_slice`] then says where a character's pose is.
 //!
 //! ```text
 //! clips, levels ─▶ keys: 16-bit tracks          once
 //! characters ─▶ sort: groups of sixteen         when the groups have become slow
-//!            ─▶ levels: distance and frustum    every frame
+//!            ─▶ levels: by distance             every frame
 //!            ─▶ kernel: poses in the lanes      every frame
 //! ```
 //!
@@ -35,7 +35,7 @@
 //!     let mut out = vec![F32x16::ZERO; crowd.max_output_len(1000)];
 //!     // Every frame:
 //!     let eye = glam::Vec3::new(0.0, 1.7, 25.0);
-//!     let frame = Frame { seconds: 1.0 / 60.0, switching: Some(&switching), eye, ..Frame::default() };
+//!     let frame = Frame { seconds: 1.0 / 60.0, switching: Some(&switching), eye };
 //!     crowd.frame(&frame, &mut out)?;
 //!     // The first joint's X coordinate. Joints stand in the order of `AnimationSet::joint_ids`.
 //!     let x = crowd.pose_slice(id)?.number(&out, 0, 3);
@@ -63,7 +63,7 @@ pub use crate::lod::LevelId;
 pub use character::{Character, ClipMix, MemberId, Placement};
 pub use error::CrowdError;
 pub use external_pose::ExternalPose;
-pub use frame_input::{Frame, FrameReport, Frustum};
+pub use frame_input::{Frame, FrameReport};
 pub use instances::{Crowd, CrowdSettings};
 pub use keys::animation_set::AnimationSet;
 pub use output::{Layout, Output, PoseSlice, WriteMode};

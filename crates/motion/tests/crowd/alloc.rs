@@ -1,10 +1,10 @@
 //! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
 
 use super::frame::stage;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use sabaki_fixtures::crowd::{crowd_of, outputs, posed, settings};
 use sabaki_fixtures::memory::{all_allocations, alone};
-use sabaki_motion::crowd::{Crowd, Frame, Frustum, LevelId};
+use sabaki_motion::crowd::{Crowd, Frame, LevelId};
 use sabaki_motion::lod::{Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa};
 use std::sync::Arc;
@@ -56,8 +56,7 @@ fn poses_of_all_outputs() {
     }
 }
 
-/// Positions in front of a camera that walks past: levels change, characters enter and leave the frustum, and the crowd is
-/// sorted again and again.
+/// Positions in front of a camera that walks past: levels change, and the crowd is sorted again and again.
 fn whole_frames_while_levels_change() {
     let (stage, levels) = stage();
     let settings_of_levels = SwitchSettings {
@@ -78,17 +77,10 @@ fn whole_frames_while_levels_change() {
         let mut run = |frames: std::ops::Range<u16>| {
             for frame in frames {
                 let walked = 0.02 * f32::from(frame);
-                let plane = Vec4::new(walked.cos(), 0.0, walked.sin(), 2.0);
-                let frustum = Frustum {
-                    planes: [plane; 6],
-                    radius: 0.5,
-                    centre: 0.9,
-                };
                 let frame = Frame {
                     seconds: 1.0 / 60.0,
                     switching: Some(&switching),
                     eye: Vec3::new(4.0 * walked.sin(), 1.5, 4.0 * (0.7 * walked).cos()),
-                    frustum: (frame % 90 < 60).then_some(frustum),
                 };
                 let report = crowd.frame(&frame, &mut out).unwrap();
                 moved += report.moved + usize::from(report.sorted);

@@ -54,5 +54,9 @@ fn what_is_told_about_inactive_characters_moves_nobody() {
     }
     let report = crowd.frame(&frame, &mut out).unwrap();
     assert_eq!((report.moved, report.sorted), (20, false));
-    assert!(inactive[..20].iter().all(|&id| crowd.is_posed(id)));
+    assert!(
+        inactive[..20]
+            .iter()
+            .all(|&id| crowd.pose_slice(id).is_ok())
+    );
 }

@@ -2,7 +2,6 @@
 
 mod alloc;
 mod changes;
-mod culling;
 mod errors;
 mod extremes;
 mod frame;

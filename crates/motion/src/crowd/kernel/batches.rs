@@ -69,7 +69,7 @@ impl Batch {
         apart
     }
 
-    /// The visible groups of this batch, which is posed now, and of the `next` one, by class.
+    /// The groups of this batch, which is posed now, and of the `next` one, by class.
     #[inline(always)]
     pub(crate) fn pick<const CLASSES: usize>(
         self,
@@ -81,9 +81,7 @@ impl Batch {
         for (batch, is_now) in [(self, true), (next, false)] {
             for place in batch.places() {
                 let own = &moments[place];
-                if own.is_visible {
-                    picked[class(own)].add(place, is_now);
-                }
+                picked[class(own)].add(place, is_now);
             }
         }
         picked

@@ -32,8 +32,6 @@ pub(crate) struct Run<'a> {
     /// Whether the characters cross-fade to second clips.
     pub(crate) fades: bool,
     pub(crate) groups: &'a [Group],
-    /// Lanes of each group that are inside the frustum.
-    pub(crate) visible: &'a [u16],
     pub(crate) cold: &'a [GroupCold],
     /// The groups' clock, in seconds.
     pub(crate) now: f32,
@@ -136,8 +134,6 @@ pub(crate) struct Moments {
     pub(crate) reach: Reach,
     /// Whether all characters look as on the posed level, so that no joint is blended towards a coarser one.
     pub(crate) is_posed: bool,
-    /// Whether a character is inside the frustum.
-    pub(crate) is_visible: bool,
     /// Whether all characters play one clip, but are not near each other in time.
     pub(crate) is_apart: bool,
 }
@@ -152,7 +148,6 @@ impl Moments {
         places: F32x16::ZERO,
         reach: Reach::Apart,
         is_posed: false,
-        is_visible: false,
         is_apart: false,
     };
 
@@ -187,7 +182,6 @@ impl Run<'_> {
         let group = &self.groups[index];
         to.group = index;
         to.is_posed = shows::<L>(self.level, &group.detail, 0);
-        to.is_visible = self.visible[index] != 0;
         let Some(clip) = self.near[index] else {
             let moments = self.moments::<L>(&group.clock, &self.cold[index].own, &mut to.interval);
             for part in 0..L::PARTS {

@@ -3,7 +3,7 @@
 //! ```text
 //! for each batch of 8 groups:                              finding moments is a long chain; those of several groups overlap
 //!     find the moments of the next batch                   moments
-//!     for each group with a visible character, by how near its lanes are in time:
+//!     for each group, by how near its lanes are in time:
 //!         for each part of 4, 8 or 16 lanes:               4 in plain Rust and NEON, 8 in AVX2, 16 in AVX-512
 //!             for each joint, parents first:               chain
 //!                 keys    = one load (near), two (wide), or 16 rows that are transposed (apart)        sampling

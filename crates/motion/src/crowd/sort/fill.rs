@@ -41,12 +41,6 @@ impl Schedule {
         self.keys.sort_unstable();
         self.fill(&mut sorting);
         self.first_late = self.groups.len();
-        for id in 0..sorting.slots.len() {
-            let state = &sorting.states[id];
-            if state.is_culled && !state.is_inactive {
-                self.park(id as u32, sorting.states, sorting.slots);
-            }
-        }
         self.share_out(sorting.chunks);
     }
 
@@ -54,8 +48,6 @@ impl Schedule {
         self.groups.clear();
         self.cold.clear();
         self.near.clear();
-        self.visible.clear();
-        self.parked.clear();
         self.buckets.clear();
         self.keys.clear();
         self.lines = 0;
@@ -71,7 +63,7 @@ impl Schedule {
         } = *sorting;
         let clips = animations.clips();
         let present = sorting.states.iter().enumerate();
-        let present = present.filter(|(_, state)| !state.is_inactive && !state.is_culled);
+        let present = present.filter(|(_, state)| !state.is_inactive);
         self.keys.extend(present.map(|(id, state)| {
             let at = state.share(animations, now);
             let time = (at * (1 << TIME_BITS) as f32) as u64;

@@ -16,9 +16,6 @@ pub(crate) const MOST_LATE: usize = 16;
 /// The slot of a character that is in no group.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
-/// Flag in the slots of parked characters.
-pub(crate) const PARKED: u32 = 1 << 31;
-
 /// A lane of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Slot {
@@ -27,9 +24,9 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
-    /// The slot with a number, ignoring the flag [`PARKED`].
+    /// The slot with a number.
     pub(crate) fn from_number(number: u32) -> Self {
-        let number = (number & !PARKED) as usize;
+        let number = number as usize;
         Self {
             group: number / F32x16::LANES,
             lane: number % F32x16::LANES,
@@ -77,16 +74,6 @@ impl GroupKind {
             && self.near.is_none_or(|clip| clip == state.own.clip)
             && (self.fades || !state.fades)
     }
-}
-
-/// Sixteen characters outside the frustum, which are not posed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Parked {
-    pub(crate) x: F32x16,
-    pub(crate) y: F32x16,
-    pub(crate) z: F32x16,
-    /// Numbers of the characters; `Group::NOBODY` for unused lanes.
-    pub(crate) ids: [u32; F32x16::LANES],
 }
 
 /// Sixteen characters that are posed together, field by field.

@@ -1,6 +1,6 @@
 //! The groups of a crowd, and their positions in the output.
 
-use super::group::{Bucket, Group, GroupCold, GroupKind, MOST_LATE, NOWHERE, PARKED, Parked, Slot};
+use super::group::{Bucket, Group, GroupCold, GroupKind, MOST_LATE, NOWHERE, Slot};
 use crate::anim::ClipId;
 use crate::crowd::character::CharacterState;
 use crate::crowd::keys::animation_set::AnimationSet;
@@ -14,9 +14,6 @@ pub(crate) struct Schedule {
     pub(crate) cold: Vec<GroupCold>,
     /// [`GroupKind::near`] of each group.
     pub(crate) near: Vec<Option<ClipId>>,
-    /// For each group, a bit mask of the lanes inside the frustum. A group without any is not posed.
-    pub(crate) visible: Vec<u16>,
-    pub(crate) parked: Vec<Parked>,
     pub(crate) buckets: Vec<Bucket>,
     pub(crate) pieces: Vec<Bucket>,
     /// End index of each chunk's pieces.
@@ -62,8 +59,6 @@ impl Schedule {
         reserve(&mut self.groups, groups);
         reserve(&mut self.cold, groups);
         reserve(&mut self.near, groups);
-        reserve(&mut self.visible, groups);
-        reserve(&mut self.parked, groups);
         reserve(&mut self.buckets, groups);
         self.rows.reserve(groups * F32x16::LANES, characters);
         reserve(&mut self.pieces, groups + chunks);
@@ -102,7 +97,6 @@ impl Schedule {
         }
         self.groups.push(Group::EMPTY);
         self.near.push(near);
-        self.visible.push(u16::MAX);
         self.cold.push(GroupCold {
             kind,
             offset: self.lines,
@@ -152,39 +146,12 @@ fn reserve<T>(items: &mut Vec<T>, count: usize) {
 }
 
 impl Schedule {
-    /// Parks a character that is in no group: it is not posed.
-    pub(crate) fn park(&mut self, id: u32, states: &[CharacterState], slots: &mut [u32]) {
-        let free = |parked: &Parked| parked.ids.iter().position(|&id| id == Group::NOBODY);
-        let lane = match self.parked.last().and_then(free) {
-            Some(lane) => lane,
-            None => {
-                self.parked.push(Parked {
-                    x: F32x16::ZERO,
-                    y: F32x16::ZERO,
-                    z: F32x16::ZERO,
-                    ids: [Group::NOBODY; F32x16::LANES],
-                });
-                0
-            }
-        };
-        let index = self.parked.len() - 1;
-        let state = &states[id as usize];
-        let parked = &mut self.parked[index];
-        parked.ids[lane] = id;
-        parked.move_to(lane, state);
-        slots[id as usize] = PARKED | (index * F32x16::LANES + lane) as u32;
-    }
-
     /// Puts characters that do not fit their groups, or that were added, into groups of their own at the end.
     pub(crate) fn move_late(&mut self, late: &[u32], mut sorting: Sorting<'_>) {
         for &id in late {
             self.vacate(id, &mut sorting);
             let state = &sorting.states[id as usize];
             if state.is_inactive {
-                continue;
-            }
-            if state.is_culled {
-                self.park(id, sorting.states, sorting.slots);
                 continue;
             }
             let own = GroupKind {
@@ -202,7 +169,6 @@ impl Schedule {
             match vacancy {
                 Some(slot) => {
                     self.write(slot, state, sorting.animations, sorting.base);
-                    self.visible[slot.group] |= 1 << slot.lane;
                     self.enter(slot, id, &mut sorting);
                 }
                 None => {
@@ -220,11 +186,6 @@ impl Schedule {
         if slot == NOWHERE {
             return;
         }
-        if slot & PARKED != 0 {
-            let Slot { group, lane } = Slot::from_number(slot);
-            self.parked[group].ids[lane] = Group::NOBODY;
-            return;
-        }
         let slot = Slot::from_number(slot);
         let Slot { group, lane } = slot;
         self.cold[group].ids[lane] = Group::NOBODY;
@@ -233,23 +194,6 @@ impl Schedule {
         if let Some(other) = self.cold[group].ids.iter().position(stays) {
             self.groups[group].copy_lane(other, lane);
             self.cold[group].copy_lane(other, lane);
-        } else {
-            self.visible[group] = 0;
-        }
-    }
-
-    /// Whether the character in a lane was visible in the last frame.
-    pub(crate) fn is_visible(&self, slot: Slot) -> bool {
-        self.visible[slot.group] >> slot.lane & 1 == 1
-    }
-
-    /// Makes the lanes of all groups with characters visible.
-    pub(crate) fn show_all(&mut self) {
-        for (visible, cold) in self.visible.iter_mut().zip(&self.cold) {
-            let is_empty = *visible == 0 && cold.ids == [Group::NOBODY; F32x16::LANES];
-            if !is_empty {
-                *visible = u16::MAX;
-            }
         }
     }
 
@@ -277,24 +221,15 @@ impl Schedule {
 
     /// Copies the levels that frames have chosen from the groups to the characters.
     pub(crate) fn store_details(&self, states: &mut [CharacterState]) {
-        for ((group, cold), visible) in self.groups.iter().zip(&self.cold).zip(&self.visible) {
+        for (group, cold) in self.groups.iter().zip(&self.cold) {
             for (lane, &id) in cold.ids.iter().enumerate() {
                 if let Some(state) = states.get_mut(id as usize)
                     && !state.is_late
                 {
                     state.detail = group.detail.0[lane];
-                    state.is_culled = visible >> lane & 1 == 0;
                 }
             }
         }
-    }
-}
-
-impl Parked {
-    pub(crate) fn move_to(&mut self, lane: usize, state: &CharacterState) {
-        self.x.0[lane] = state.x;
-        self.y.0[lane] = state.y;
-        self.z.0[lane] = state.z;
     }
 }
 
@@ -306,8 +241,6 @@ pub(crate) struct StaleCost {
     pub(crate) total: usize,
     /// Number of joints that are posed beyond those of the characters' levels, because characters stay in their groups.
     pub(crate) joints: isize,
-    /// Number of joints that are posed for lanes outside the frustum.
-    pub(crate) hidden: usize,
     /// Number of characters that were moved to other groups.
     pub(crate) late: usize,
     /// Number of groups whose characters were not near each other in time in the first frame: with narrow registers, some
@@ -327,7 +260,7 @@ impl StaleCost {
     pub(crate) fn add_frame(&mut self, apart: usize) {
         let joints = self.joints.max(0) as usize;
         let apart = apart.saturating_sub(*self.apart.get_or_insert(apart));
-        self.total += Self::APART * apart + Self::LATE * self.late + joints + self.hidden;
+        self.total += Self::APART * apart + Self::LATE * self.late + joints;
     }
 
     /// Whether the extra cost has reached the cost of sorting.
