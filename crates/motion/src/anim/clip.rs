@@ -134,7 +134,8 @@ impl Clip {
     /// # Errors
     /// An array has the wrong length, or a frame of a joint is invalid.
     pub fn new(skeleton: &Skeleton, desc: ClipDesc) -> Result<Self, ClipError> {
-        let clip = PlainClip::new(desc, skeleton.len());
+        let joints = skeleton.len();
+        let clip = PlainClip { desc, joints };
         clip.check(skeleton)?;
         Ok(Self::plain(clip))
     }
@@ -397,7 +398,8 @@ impl Clip {
             self.sample(source as f32, &mut pose);
             desc.push(&pose);
         }
-        Ok(Self::plain(PlainClip::new(desc, self.joints())))
+        let joints = self.joints();
+        Ok(Self::plain(PlainClip { desc, joints }))
     }
 }
 

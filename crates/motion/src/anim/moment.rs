@@ -236,10 +236,10 @@ impl PlainMoment<'_> {
     /// Rotations of 16 joints, from joint `16 * index` on.
     #[inline(always)]
     fn block(&self, index: usize) -> Block {
-        let here = self.clip.rows.frame(self.lower)[index];
+        let here = self.clip.block(self.lower, index);
         match self.weight {
             0.0 => here,
-            weight => rows::nlerp(&here, &self.clip.rows.frame(self.lower + 1)[index], weight),
+            weight => rows::nlerp(&here, &self.clip.block(self.lower + 1, index), weight),
         }
     }
 

@@ -3,37 +3,23 @@
 use glam::Quat;
 use serde::{Deserialize, Serialize};
 
-use super::rows::RotationRows;
+use super::rows::{Block, LANES, block};
 use super::{ClipDesc, ClipError, Skeleton};
 
 /// A clip that is not compressed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "StoredClip")]
 pub(super) struct PlainClip {
     pub(super) desc: ClipDesc,
     pub(super) joints: usize,
-    /// Copy of the rotations in the layout that sampling reads.
-    #[serde(skip)]
-    pub(super) rows: RotationRows,
-}
-
-/// The part of a plain clip that files store.
-#[derive(Deserialize)]
-struct StoredClip {
-    desc: ClipDesc,
-    joints: usize,
-}
-
-impl From<StoredClip> for PlainClip {
-    fn from(StoredClip { desc, joints }: StoredClip) -> Self {
-        Self::new(desc, joints)
-    }
 }
 
 impl PlainClip {
-    pub(super) fn new(desc: ClipDesc, joints: usize) -> Self {
-        let rows = RotationRows::new(&desc.rotations, joints);
-        Self { desc, joints, rows }
+    /// Rotations of 16 joints in a frame, from joint `16 * index` on. Unused lanes hold the identity.
+    #[inline(always)]
+    pub(super) fn block(&self, frame: usize, index: usize) -> Block {
+        let of_frame = &self.desc.rotations[frame * self.joints..(frame + 1) * self.joints];
+        let end = of_frame.len().min(LANES * (index + 1));
+        block(&of_frame[LANES * index..end])
     }
 
     fn first_bad_value(&self) -> Option<(usize, usize)> {

@@ -18,32 +18,9 @@ pub(super) type Rows<const N: usize> = Vectors<N>;
 /// Rotations of 16 joints.
 pub(crate) type Block = Rows<LANES>;
 
-/// Rotations of all frames of a clip, `[frame][block]`. Unused lanes hold the identity.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct RotationRows {
-    blocks: Vec<Block>,
-    per_frame: usize,
-}
-
-impl RotationRows {
-    /// Packs the rotations of frames of `joints` joints, frame by frame.
-    pub(super) fn new(rotations: &[Quat], joints: usize) -> Self {
-        let joints = joints.max(1);
-        let frames = rotations.chunks_exact(joints);
-        let blocks = frames.flat_map(|frame| frame.chunks(LANES).map(block));
-        Self {
-            blocks: blocks.collect(),
-            per_frame: joints.div_ceil(LANES),
-        }
-    }
-
-    /// Blocks of one frame.
-    pub(super) fn frame(&self, frame: usize) -> &[Block] {
-        &self.blocks[frame * self.per_frame..(frame + 1) * self.per_frame]
-    }
-}
-
-fn block(rotations: &[Quat]) -> Block {
+/// The rotations of at most 16 joints. Unused lanes hold the identity.
+#[inline(always)]
+pub(super) fn block(rotations: &[Quat]) -> Block {
     let mut block = [[0.0; LANES], [0.0; LANES], [0.0; LANES], [1.0; LANES]];
     for (lane, rotation) in rotations.iter().enumerate() {
         for (row, value) in block.iter_mut().zip(rotation.to_array()) {
@@ -212,17 +189,12 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_padded_with_what_does_not_turn() {
-        let rotations: Vec<Quat> = (0..2 * 19)
+    fn blocks_are_padded_with_what_does_not_turn() {
+        let rotations: Vec<Quat> = (1..4)
             .map(|i| Quat::from_rotation_x(i as f32 * 0.1))
             .collect();
-        let rows = RotationRows::new(&rotations, 19);
-        for frame in 0..2 {
-            let blocks = rows.frame(frame);
-            assert_eq!(blocks.len(), 2);
-            let all: Vec<Quat> = blocks.iter().flat_map(unpacked).collect();
-            assert_eq!(all[..19], rotations[frame * 19..(frame + 1) * 19]);
-            assert!(all[19..].iter().all(|&turn| turn == Quat::IDENTITY));
-        }
+        let all = unpacked(&block(&rotations));
+        assert_eq!(all[..3], rotations);
+        assert!(all[3..].iter().all(|&turn| turn == Quat::IDENTITY));
     }
 }
