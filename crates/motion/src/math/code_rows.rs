@@ -32,11 +32,17 @@ pub(crate) trait RowReader: Copy {
 
     /// Eight vectors at unit length. They must not be 0.
     #[must_use]
-    fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES>;
+    #[inline(always)]
+    fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES> {
+        unit(vectors)
+    }
 
     /// Linear interpolation of eight vectors, at unit length. Weight 0 gives `a`.
     #[must_use]
-    fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES>;
+    #[inline(always)]
+    fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES> {
+        unit_lerp(a, b, weight)
+    }
 }
 
 /// Rows of x, y, z and w of `N` vectors.
@@ -110,16 +116,6 @@ impl RowReader for PortableRows {
             *out = (code as i32 + i32::from(base)) as f32;
         }
         out
-    }
-
-    #[inline(always)]
-    fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES> {
-        unit(vectors)
-    }
-
-    #[inline(always)]
-    fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES> {
-        unit_lerp(a, b, weight)
     }
 }
 
@@ -305,17 +301,6 @@ impl RowReader for NeonRows {
             }
         }
         out
-    }
-
-    // Compilers vectorise these by four lanes, as many as there are.
-    #[inline(always)]
-    fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES> {
-        unit(vectors)
-    }
-
-    #[inline(always)]
-    fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES> {
-        unit_lerp(a, b, weight)
     }
 }
 
