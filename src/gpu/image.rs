@@ -5,8 +5,7 @@
 use ash::vk;
 
 use super::{
-    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, error::Named,
-    memory::requirements,
+    Block, Context, GpuError, Memory, MemoryUse, Resource, error::Named, resources::DeviceMemory,
 };
 
 /// Description of an image.
@@ -38,32 +37,30 @@ pub struct Image {
     block: Option<Block>,
 }
 
-impl Image {
+impl DeviceMemory<'_> {
     /// Creates an image. On failure everything is freed again.
-    pub fn new(
-        context: &Context,
-        memory: &mut dyn Memory,
-        desc: &ImageDesc<'_>,
-    ) -> Result<Self, GpuError> {
-        let mut image = Self {
+    pub fn image(&mut self, desc: &ImageDesc<'_>) -> Result<Image, GpuError> {
+        let mut image = Image {
             side: desc.side,
-            ..Self::default()
+            ..Image::default()
         };
-        match image.fill(context, memory, desc) {
+        match image.fill(self, desc) {
             Ok(()) => Ok(image),
             Err(error) => {
-                image.destroy(context, memory);
+                image.destroy(self.context, self.memory);
                 Err(error)
             }
         }
     }
+}
 
+impl Image {
     fn fill(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
+        memory: &mut DeviceMemory<'_>,
         desc: &ImageDesc<'_>,
     ) -> Result<(), GpuError> {
+        let context = memory.context;
         let device = context.device();
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
@@ -82,16 +79,10 @@ impl Image {
         self.handle = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
         context.name(self.handle, desc.name);
         let info = vk::ImageMemoryRequirementsInfo2::default().image(self.handle);
+        let resource = Resource::Image(self.handle);
         // SAFETY: the image was just made from this device, which has Vulkan 1.1.
-        let wanted = requirements(|wanted| unsafe {
+        let block = memory.allocate(desc.name, MemoryUse::Device, resource, |wanted| unsafe {
             device.get_image_memory_requirements2(&info, wanted);
-        });
-        let block = memory.allocate(&MemoryDesc {
-            name: desc.name,
-            requirements: wanted.0,
-            usage: MemoryUse::Device,
-            resource: Resource::Image(self.handle),
-            prefers_dedicated: wanted.1,
         })?;
         self.block = Some(block);
         // SAFETY: the image is not bound yet, and the block suits its requirements.

@@ -84,16 +84,3 @@ pub trait Memory {
     /// Frees a block of [`Memory::allocate`]. Resources that are bound to it must no longer be used.
     fn free(&mut self, block: Block);
 }
-
-/// Memory requirements of a buffer or an image, which `ask` writes, and whether the driver prefers a dedicated allocation.
-pub(super) fn requirements(
-    ask: impl FnOnce(&mut vk::MemoryRequirements2<'_>),
-) -> (vk::MemoryRequirements, bool) {
-    let mut dedicated = vk::MemoryDedicatedRequirements::default();
-    let mut wanted = vk::MemoryRequirements2::default().push_next(&mut dedicated);
-    ask(&mut wanted);
-    let wanted = wanted.memory_requirements;
-    let prefers = dedicated.prefers_dedicated_allocation == vk::TRUE
-        || dedicated.requires_dedicated_allocation == vk::TRUE;
-    (wanted, prefers)
-}

@@ -86,7 +86,7 @@ pub mod internal {
     pub use super::descriptors::DescriptorSets;
     pub use super::error::{Named, within};
     pub use super::image::{Image, ImageDesc};
-    pub use super::pipelines::graphics_pipeline;
+    pub use super::pipelines::{graphics_pipeline, with_stages};
     pub use super::resources::{Buffer, BufferDesc, DeviceMemory};
     pub use super::shader_table::{
         Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words,

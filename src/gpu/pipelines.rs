@@ -135,28 +135,12 @@ impl Pipeline {
         let layout =
             unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
         context.name(layout, desc.name);
-        let mut modules = Vec::with_capacity(desc.shaders.len());
-        let mut make = || {
-            for shader in desc.shaders {
-                let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
-                // SAFETY: the words were validated when the crate was built.
-                let module = unsafe { device.create_shader_module(&info, None) }
-                    .call("vkCreateShaderModule")?;
-                context.name(module, shader.name);
-                modules.push(module);
+        let handle = with_stages(context, desc.shaders, |stages| match desc.shaders {
+            [shader] if shader.stage == Stage::Compute => {
+                compute(context, constants, cache, layout, stages[0])
             }
-            match desc.shaders {
-                [shader] if shader.stage == Stage::Compute => {
-                    compute(context, constants, cache, layout, modules[0])
-                }
-                _ => graphics(context, desc, cache, layout, &modules),
-            }
-        };
-        let handle = make();
-        for module in modules {
-            // SAFETY: the pipeline does not need its modules after it was made.
-            unsafe { device.destroy_shader_module(module, None) };
-        }
+            _ => graphics(context, desc, cache, layout, stages),
+        });
         match handle {
             Ok(handle) => {
                 context.name(handle, desc.name);
@@ -222,12 +206,46 @@ fn push_constants(desc: &PipelineDesc) -> vk::PushConstantRange {
     })
 }
 
+/// Calls `make` with the stages of shaders, whose modules exist during the call.
+///
+/// # Errors
+/// That of `make`; a module cannot be made.
+pub fn with_stages(
+    context: &Context,
+    shaders: &[&Shader],
+    make: impl FnOnce(&[vk::PipelineShaderStageCreateInfo<'_>]) -> Result<vk::Pipeline, GpuError>,
+) -> Result<vk::Pipeline, GpuError> {
+    let (device, mut modules) = (context.device(), Vec::with_capacity(shaders.len()));
+    let mut stages = Vec::with_capacity(shaders.len());
+    let made = shaders.iter().try_for_each(|shader| {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        // SAFETY: the words were validated when the crate was built.
+        let module =
+            unsafe { device.create_shader_module(&info, None) }.call("vkCreateShaderModule")?;
+        context.name(module, shader.name);
+        modules.push(module);
+        stages.push(
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage(shader))
+                .module(module)
+                .name(c"main"),
+        );
+        Ok(())
+    });
+    let made = made.and_then(|()| make(&stages));
+    for module in modules {
+        // SAFETY: the pipeline does not need its modules after it was made.
+        unsafe { device.destroy_shader_module(module, None) };
+    }
+    made
+}
+
 fn compute(
     context: &Context,
     constants: &[u32],
     cache: vk::PipelineCache,
     layout: vk::PipelineLayout,
-    module: vk::ShaderModule,
+    stage: vk::PipelineShaderStageCreateInfo<'_>,
 ) -> Result<vk::Pipeline, GpuError> {
     const WORD: usize = size_of::<u32>();
     let words = (0..).zip(constants).map(|(id, _)| {
@@ -240,13 +258,8 @@ fn compute(
     let specialization = vk::SpecializationInfo::default()
         .map_entries(&words)
         .data(bytemuck::cast_slice(constants));
-    let stage = vk::PipelineShaderStageCreateInfo::default()
-        .stage(vk::ShaderStageFlags::COMPUTE)
-        .module(module)
-        .name(c"main")
-        .specialization_info(&specialization);
     let info = [vk::ComputePipelineCreateInfo::default()
-        .stage(stage)
+        .stage(stage.specialization_info(&specialization))
         .layout(layout)];
     // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
     let pipelines = unsafe {
@@ -264,15 +277,8 @@ fn graphics(
     desc: &PipelineDesc,
     cache: vk::PipelineCache,
     layout: vk::PipelineLayout,
-    modules: &[vk::ShaderModule],
+    stages: &[vk::PipelineShaderStageCreateInfo<'_>],
 ) -> Result<vk::Pipeline, GpuError> {
-    let stages = std::iter::zip(desc.shaders, modules).map(|(shader, &module)| {
-        vk::PipelineShaderStageCreateInfo::default()
-            .stage(stage(shader))
-            .module(module)
-            .name(c"main")
-    });
-    let stages: Vec<_> = stages.collect();
     let bindings = [vk::VertexInputBindingDescription::default()
         .stride(desc.stride as u32)
         .input_rate(vk::VertexInputRate::INSTANCE)];
@@ -309,7 +315,7 @@ fn graphics(
     let mut rendering = vk::PipelineRenderingCreateInfo::default()
         .stencil_attachment_format(context.stencil_format());
     let info = vk::GraphicsPipelineCreateInfo::default()
-        .stages(&stages)
+        .stages(stages)
         .vertex_input_state(&inputs)
         .input_assembly_state(&assembly)
         .viewport_state(&viewport)

@@ -7,8 +7,6 @@ use ash::vk;
 use super::{
     Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource,
     error::{Named, within},
-    image::{Image, ImageDesc},
-    memory::requirements,
 };
 
 /// The device that resources are created on, and the allocator of their memory.
@@ -20,14 +18,61 @@ pub struct DeviceMemory<'a> {
 }
 
 impl DeviceMemory<'_> {
-    /// Creates a buffer: [`Buffer::new`].
+    /// Creates a buffer that may be bound as a whole. On failure everything is freed again.
     pub fn buffer(&mut self, desc: BufferDesc<'_>) -> Result<Buffer, GpuError> {
-        Buffer::new(self.context, self.memory, desc)
+        if desc.usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) {
+            let most = self.context.limits().max_storage_buffer_range;
+            within("maxStorageBufferRange", desc.size, u64::from(most))?;
+        }
+        self.paged_buffer(desc)
     }
 
-    /// Creates an image: [`Image::new`].
-    pub fn image(&mut self, desc: &ImageDesc<'_>) -> Result<Image, GpuError> {
-        Image::new(self.context, self.memory, desc)
+    /// Creates a buffer of which one part at a time is bound. On failure everything is freed again.
+    pub fn paged_buffer(&mut self, desc: BufferDesc<'_>) -> Result<Buffer, GpuError> {
+        let size = desc.size.max(4).next_multiple_of(4);
+        let info = vk::BufferCreateInfo::default()
+            .size(size)
+            .usage(desc.usage)
+            .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the context's device is valid, and the description is complete.
+        let handle =
+            unsafe { self.context.device().create_buffer(&info, None) }.call("vkCreateBuffer")?;
+        self.context.name(handle, desc.name);
+        let mut buffer = Buffer {
+            handle,
+            name: desc.name.to_owned(),
+            size,
+            block: None,
+        };
+        match buffer.bind(self, desc) {
+            Ok(()) => Ok(buffer),
+            Err(error) => {
+                buffer.destroy(self.context, self.memory);
+                Err(error)
+            }
+        }
+    }
+
+    /// Allocates the memory of a new buffer or image, whose requirements `ask` writes.
+    pub(super) fn allocate(
+        &mut self,
+        name: &str,
+        usage: MemoryUse,
+        resource: Resource,
+        ask: impl FnOnce(&mut vk::MemoryRequirements2<'_>),
+    ) -> Result<Block, GpuError> {
+        let mut dedicated = vk::MemoryDedicatedRequirements::default();
+        let mut wanted = vk::MemoryRequirements2::default().push_next(&mut dedicated);
+        ask(&mut wanted);
+        let requirements = wanted.memory_requirements;
+        self.memory.allocate(&MemoryDesc {
+            name,
+            requirements,
+            usage,
+            resource,
+            prefers_dedicated: dedicated.prefers_dedicated_allocation == vk::TRUE
+                || dedicated.requires_dedicated_allocation == vk::TRUE,
+        })
     }
 }
 
@@ -55,73 +100,20 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Creates a buffer that may be bound as a whole. On failure everything is freed again.
-    pub fn new(
-        context: &Context,
-        memory: &mut dyn Memory,
-        desc: BufferDesc<'_>,
-    ) -> Result<Self, GpuError> {
-        if desc.usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) {
-            let most = context.limits().max_storage_buffer_range;
-            within("maxStorageBufferRange", desc.size, u64::from(most))?;
-        }
-        Self::paged(context, memory, desc)
-    }
-
-    /// Creates a buffer of which one part at a time is bound. On failure everything is freed again.
-    pub fn paged(
-        context: &Context,
-        memory: &mut dyn Memory,
-        desc: BufferDesc<'_>,
-    ) -> Result<Self, GpuError> {
-        let size = desc.size.max(4).next_multiple_of(4);
-        let info = vk::BufferCreateInfo::default()
-            .size(size)
-            .usage(desc.usage)
-            .sharing_mode(vk::SharingMode::EXCLUSIVE);
-        // SAFETY: the context's device is valid, and the description is complete.
-        let handle =
-            unsafe { context.device().create_buffer(&info, None) }.call("vkCreateBuffer")?;
-        context.name(handle, desc.name);
-        let mut buffer = Self {
-            handle,
-            name: desc.name.to_owned(),
-            size,
-            block: None,
-        };
-        match buffer.bind(context, memory, desc) {
-            Ok(()) => Ok(buffer),
-            Err(error) => {
-                buffer.destroy(context, memory);
-                Err(error)
-            }
-        }
-    }
-
     fn bind(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
+        memory: &mut DeviceMemory<'_>,
         desc: BufferDesc<'_>,
     ) -> Result<(), GpuError> {
-        let device = context.device();
+        let (device, resource) = (memory.context.device(), Resource::Buffer(self.handle));
         let info = vk::BufferMemoryRequirementsInfo2::default().buffer(self.handle);
         // SAFETY: the buffer was just made from this device, which has Vulkan 1.1.
-        let wanted = requirements(|wanted| unsafe {
+        let block = memory.allocate(desc.name, desc.memory, resource, |wanted| unsafe {
             device.get_buffer_memory_requirements2(&info, wanted);
-        });
-        let block = memory.allocate(&MemoryDesc {
-            name: desc.name,
-            requirements: wanted.0,
-            usage: desc.memory,
-            resource: Resource::Buffer(self.handle),
-            prefers_dedicated: wanted.1,
         })?;
         self.block = Some(block);
-        if desc.memory != MemoryUse::Device && block.mapped.is_none() {
-            return Err(GpuError::NotMapped {
-                name: desc.name.to_owned(),
-            });
+        if desc.memory != MemoryUse::Device {
+            self.mapped()?;
         }
         // SAFETY: the buffer is not bound yet, and the block suits its requirements.
         unsafe { device.bind_buffer_memory(self.handle, block.memory, block.offset) }
@@ -160,25 +152,22 @@ impl Buffer {
 
     /// Makes the host's writes visible to the device.
     pub fn flush(&self, context: &Context) -> Result<(), GpuError> {
-        let (block, _) = self.mapped()?;
-        if block.coherent {
+        let device = context.device();
+        let Some(range) = self.incoherent()? else {
             return Ok(());
-        }
-        let range = [Self::range(block)];
+        };
         // SAFETY: the range is the whole block, which is mapped, and of whole atoms by the allocator's contract.
-        unsafe { context.device().flush_mapped_memory_ranges(&range) }
-            .call("vkFlushMappedMemoryRanges")
+        unsafe { device.flush_mapped_memory_ranges(&[range]) }.call("vkFlushMappedMemoryRanges")
     }
 
     /// Makes the device's writes visible to the host.
     pub fn invalidate(&self, context: &Context) -> Result<(), GpuError> {
-        let (block, _) = self.mapped()?;
-        if block.coherent {
+        let device = context.device();
+        let Some(range) = self.incoherent()? else {
             return Ok(());
-        }
-        let range = [Self::range(block)];
+        };
         // SAFETY: the range is the whole block, which is mapped, and of whole atoms by the allocator's contract.
-        unsafe { context.device().invalidate_mapped_memory_ranges(&range) }
+        unsafe { device.invalidate_mapped_memory_ranges(&[range]) }
             .call("vkInvalidateMappedMemoryRanges")
     }
 
@@ -225,11 +214,13 @@ impl Buffer {
             })
     }
 
-    /// Range of a whole block. It consists of whole atoms, as [`Block::coherent`] requires.
-    fn range(block: &Block) -> vk::MappedMemoryRange<'static> {
-        vk::MappedMemoryRange::default()
+    /// Range of the whole block, unless it is coherent. It consists of whole atoms, as [`Block::coherent`] requires.
+    fn incoherent(&self) -> Result<Option<vk::MappedMemoryRange<'static>>, GpuError> {
+        let (block, _) = self.mapped()?;
+        let range = vk::MappedMemoryRange::default()
             .memory(block.memory)
             .offset(block.offset)
-            .size(block.size)
+            .size(block.size);
+        Ok((!block.coherent).then_some(range))
     }
 }

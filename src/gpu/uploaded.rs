@@ -48,7 +48,7 @@ impl Uploaded {
                 usage,
                 memory,
             };
-            Buffer::paged(device.context, device.memory, desc)
+            device.paged_buffer(desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;

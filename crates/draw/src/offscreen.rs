@@ -5,7 +5,7 @@ use ash::vk;
 use super::Target;
 use super::stage::check_side;
 use super::stage::drawing::{COPIED, DRAWN, ImageUse, image_barrier};
-use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Image, ImageDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
 /// A render target whose pixels the host can read.
@@ -41,17 +41,18 @@ impl Offscreen {
             usage: Usage::COLOR_ATTACHMENT | Usage::TRANSFER_SRC,
             aspect: vk::ImageAspectFlags::COLOR,
         };
-        let mut image = Image::new(context, memory, &desc)?;
+        let mut device = DeviceMemory { context, memory };
+        let mut image = device.image(&desc)?;
         let desc = BufferDesc {
             name: "picture's pixels",
             size: bytes(size),
             usage: vk::BufferUsageFlags::TRANSFER_DST,
             memory: MemoryUse::Readback,
         };
-        let pixels = match Buffer::new(context, memory, desc) {
+        let pixels = match device.buffer(desc) {
             Ok(pixels) => pixels,
             Err(error) => {
-                image.destroy(context, memory);
+                image.destroy(context, device.memory);
                 return Err(error);
             }
         };

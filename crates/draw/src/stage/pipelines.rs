@@ -10,9 +10,7 @@ use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT, VIEW_LAYER_FRAG,
     VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
-use sabaki::gpu::internal::{
-    DescriptorSets, Named, Shader, Stage as ShaderStage, graphics_pipeline,
-};
+use sabaki::gpu::internal::{DescriptorSets, Named, Shader, graphics_pipeline, with_stages};
 use sabaki::gpu::{Context, GpuError};
 
 /// Format of the shadow map and the depth buffer.
@@ -142,7 +140,10 @@ impl Pipelines {
         self.layout =
             unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
         for one in &ALL {
-            let made = build(context, one, self.layout, desc, samples)?;
+            let shaders: Vec<&Shader> = std::iter::once(one.1).chain(one.2).collect();
+            let made = with_stages(context, &shaders, |stages| {
+                build(context, one, self.layout, desc, samples, stages)
+            })?;
             context.name(made, one.0);
             self.all.push(made);
         }
@@ -171,51 +172,12 @@ impl Pipelines {
 /// Creates a pipeline. Its format, samples and cache are those of the stage.
 fn build(
     context: &Context,
-    desc: &Desc,
-    layout: vk::PipelineLayout,
-    stage: &StageDesc<'_>,
-    samples: vk::SampleCountFlags,
-) -> Result<vk::Pipeline, GpuError> {
-    let device = context.device();
-    let mut modules = Vec::new();
-    let mut made = Ok(());
-    for shader in std::iter::once(desc.1).chain(desc.2) {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
-        // SAFETY: the words were validated when the crate was built.
-        match unsafe { device.create_shader_module(&info, None) } {
-            Ok(module) => modules.push((module, shader)),
-            Err(result) => made = Err(result).call("vkCreateShaderModule"),
-        }
-    }
-    let built = made.and_then(|()| assemble(context, desc, layout, stage, samples, &modules));
-    for (module, _) in modules {
-        // SAFETY: the pipeline does not need its modules after it was made.
-        unsafe { device.destroy_shader_module(module, None) };
-    }
-    built
-}
-
-fn assemble(
-    context: &Context,
     &(_, _, _, writes, geometry): &Desc,
     layout: vk::PipelineLayout,
     stage: &StageDesc<'_>,
     samples: vk::SampleCountFlags,
-    modules: &[(vk::ShaderModule, &Shader)],
+    stages: &[vk::PipelineShaderStageCreateInfo<'_>],
 ) -> Result<vk::Pipeline, GpuError> {
-    let stages: Vec<_> = modules
-        .iter()
-        .map(|&(module, shader)| {
-            let stage = match shader.stage {
-                ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
-                _ => vk::ShaderStageFlags::FRAGMENT,
-            };
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage)
-                .module(module)
-                .name(c"main")
-        })
-        .collect();
     let is_shadow = writes == Writes::Shadow;
     let (buffers, attributes) = vertex_input();
     let mut inputs = vk::PipelineVertexInputStateCreateInfo::default();
@@ -281,7 +243,7 @@ fn assemble(
     let dynamic = vk::PipelineDynamicStateCreateInfo::default()
         .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
     let info = vk::GraphicsPipelineCreateInfo::default()
-        .stages(&stages)
+        .stages(stages)
         .vertex_input_state(&inputs)
         .input_assembly_state(&assembly)
         .viewport_state(&viewport)
