@@ -48,8 +48,6 @@ pub use grid::{
     CellColumn, Grid, NodePath, PathId, PathReport, PathSettings, PathTable, Retimable,
     RetimeSettings, TouchedCells,
 };
-#[cfg(feature = "vulkan")]
-pub(crate) use regions::bit_square;
 pub use regions::{
     AttackMaps, AttackMove, BitMap, Body, BodySphere, BodyTrack, Disc, Drawing, Evasion,
     EvasionMaps, FixedTransform2, MapGrid, MapRect, MaskMap, MovingSphere, Prop, RegionAtlas,

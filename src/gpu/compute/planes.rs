@@ -10,7 +10,7 @@ use super::blocks::SPAN;
 use crate::math::parallel::each;
 use crate::{
     gpu::{GpuError, error::within},
-    maps::{BitMap, MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps, bit_square},
+    maps::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
     math::in_parallel,
 };
 
@@ -199,72 +199,43 @@ impl RegionLayout {
             let (outer, evasion) = planes.split_at(self.slices as usize);
             draw_slices(&slab.body, body, words);
             draw_slices(&slab.outer, outer, words);
-            if let [Some(plane)] = evasion {
-                draw_bits(&slab.evasion, plane, words);
+            if let ([Some(plane)], MapRect { u, v, .. }) = (evasion, slab.evasion.rect()) {
+                slab.evasion
+                    .for_each(|column, row| plane.set(words, [u + column, v + row]));
             }
-        }
-    }
-}
-
-/// Draws a map of bits into its plane.
-fn draw_bits(map: &BitMap, plane: &Plane, words: &mut [u32]) {
-    let rows = map.words().chunks(map.words_per_row().max(1));
-    for (row, v) in rows.zip(map.rect().v..) {
-        for (&texels, u) in row.iter().zip((map.rect().u..).step_by(RUN)) {
-            plane.set_run(words, [u, v], texels);
         }
     }
 }
 
 /// Draws a map into the planes of its slices.
 fn draw_slices(map: &MaskMap, planes: &[Option<Plane>], words: &mut [u32]) {
-    let (rect, lanes) = (map.rect(), map.lanes());
-    let rows = map.masks().chunks((rect.width as usize * lanes).max(1));
-    for (row, v) in rows.zip(rect.v..) {
-        for (masks, u) in row.chunks(RUN * lanes).zip((rect.u..).step_by(RUN)) {
-            for (lane, planes) in planes.chunks(RUN).enumerate() {
-                let of_lane = masks.iter().copied().skip(lane).step_by(lanes);
-                let runs = bit_square::transposed(of_lane);
-                for (plane, texels) in planes.iter().zip(runs) {
-                    if let Some(plane) = plane {
-                        plane.set_run(words, [u, v], texels);
-                    }
+    let (rect, lanes) = (map.rect(), map.lanes().max(1));
+    for (texel, mask) in (0..).zip(map.masks().chunks_exact(lanes)) {
+        for (&of_lane, planes) in mask.iter().zip(planes.chunks(32)) {
+            let mut left = of_lane;
+            while left != 0 {
+                if let Some(plane) = &planes[left.trailing_zeros() as usize] {
+                    let width = rect.width as i32;
+                    plane.set(words, [rect.u + texel % width, rect.v + texel / width]);
                 }
+                left &= left - 1;
             }
         }
     }
 }
 
 impl Plane {
-    /// Sets up to [`bit_square::SIDE`] texels of a row, which start at a texel and are given as bits, in all strips that hold them. All set
-    /// texels lie in the plane.
+    /// Sets a texel, which lies in the plane, in all strips that hold it.
     #[inline]
-    fn set_run(&self, words: &mut [u32], [u, v]: [i32; 2], texels: u32) {
-        if texels == 0 {
-            return;
-        }
-        let x = u - self.origin[0];
-        let (x, texels) = match x {
-            ..0 => (0, u64::from(texels) >> -x),
-            _ => (x as u32, u64::from(texels)),
-        };
-        let z = (v - self.origin[1]) as u32;
-        let first = (x / STRIDE).saturating_sub(1);
-        let end = ((x + RUN as u32 - 1) / STRIDE + 1).min(self.strips);
-        for strip in first..end {
-            let left = STRIDE * strip;
-            let of_strip = match left < x {
-                true => texels << (x - left),
-                false => texels >> (left - x),
-            };
+    fn set(&self, words: &mut [u32], [u, v]: [i32; 2]) {
+        let (x, z) = ((u - self.origin[0]) as u32, (v - self.origin[1]) as u32);
+        let last = x / STRIDE;
+        for strip in last.saturating_sub(1)..(last + 1).min(self.strips) {
             let word = self.start + strip * self.rows + z / 2;
-            words[word as usize] |= (of_strip as u32 & 0xffff) << (16 * (z % 2));
+            words[word as usize] |= 1 << (16 * (z % 2) + x - STRIDE * strip);
         }
     }
 }
-
-/// Number of texels of a run: a word has a bit for each.
-const RUN: usize = bit_square::SIDE;
 
 /// Number of planes of a slab.
 pub(super) fn planes_of_slab(slices: u32) -> u32 {
@@ -284,24 +255,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_strip_has_the_texels_of_its_columns(
-            [u, v] in [-40..90i32, -3..8i32],
-            texels in any::<u32>(),
-        ) {
+        fn each_strip_has_the_texels_of_its_columns(x in 0..16 + 8 * 9, z in 0..10) {
             let plane = Plane { start: 3, origin: [-5, -4], sides: [80, 10], strips: 10, rows: 9 };
-            let is_inside = |bit: &i32| (0..STRIDE as i32 * 9).contains(&(u + bit - plane.origin[0]));
-            let inside: Vec<i32> = (0..32).filter(is_inside).filter(|bit| texels >> bit & 1 == 1).collect();
-            let texels = inside.iter().fold(0, |texels, bit| texels | 1 << bit);
             let mut words = vec![0; 3 + 10 * 9];
-            plane.set_run(&mut words, [u, v], texels);
+            plane.set(&mut words, [x + plane.origin[0], z + plane.origin[1]]);
             let mut expected = vec![0; words.len()];
-            for bit in inside {
-                let (x, z) = (u + bit - plane.origin[0], v - plane.origin[1]);
-                for strip in 0..10 {
-                    let column = x - 8 * strip;
-                    if (0..16).contains(&column) {
-                        expected[(3 + strip * 9 + z / 2) as usize] |= 1 << (16 * (z % 2) + column);
-                    }
+            for strip in 0..10 {
+                let column = x - 8 * strip;
+                if (0..16).contains(&column) {
+                    expected[(3 + strip * 9 + z / 2) as usize] |= 1u32 << (16 * (z % 2) + column);
                 }
             }
             prop_assert_eq!(words, expected);

@@ -96,28 +96,18 @@ impl CoarseMap {
         coarse
     }
 
-    /// Coarse map of a map over time with masks of `lanes` words, `[lane][row][column]`. Whole rows of texels
-    /// are joined first: each texel of a row of cells gets the bits of all texels of its column that the cells reach. The texels of that row
-    /// are then joined into cells.
+    /// Coarse map of a map over time with masks of `lanes` words, `[lane][row][column]`.
     fn masks(&self, map: &MaskMap, lanes: usize) -> Vec<u32> {
-        let rect = map.rect();
-        let (columns, cells) = (self.columns as usize, (self.columns * self.rows) as usize);
-        let width = rect.width as usize * lanes;
+        let (rect, cells) = (map.rect(), (self.columns * self.rows) as usize);
         let mut out = vec![0; lanes * cells];
-        if width == 0 {
-            return out;
-        }
-        let mut joined = vec![0u32; width];
-        for row in 0..self.rows {
-            if !self.join_rows(row, rect, map.masks(), &mut joined) {
+        for (texel, mask) in (0..).zip(map.masks().chunks_exact(lanes)) {
+            if mask.iter().all(|&word| word == 0) {
                 continue;
             }
-            for (column, mask) in joined.chunks_exact(lanes).enumerate() {
-                let first = row as usize * columns;
-                for cell in self.cells(column as i32 + rect.u - self.u, self.columns) {
-                    for (lane, word) in mask.iter().enumerate() {
-                        out[lane * cells + first + cell] |= word;
-                    }
+            let width = rect.width as i32;
+            for cell in self.cells(rect, texel % width, texel / width) {
+                for (lane, word) in mask.iter().enumerate() {
+                    out[lane * cells + cell] |= word;
                 }
             }
         }
@@ -126,62 +116,29 @@ impl CoarseMap {
 
     /// Coarse map of a map with one bit for each texel, `[row][column]`.
     fn bits(&self, map: &BitMap) -> Vec<u32> {
-        let (rect, columns) = (map.rect(), self.columns as usize);
-        let mut out = vec![0; columns * self.rows as usize];
-        if map.words_per_row() == 0 {
-            return out;
-        }
-        let mut joined = vec![0u32; map.words_per_row()];
-        for row in 0..self.rows {
-            if !self.join_rows(row, rect, map.words(), &mut joined) {
-                continue;
+        let mut out = vec![0; (self.columns * self.rows) as usize];
+        map.for_each(|column, row| {
+            for cell in self.cells(map.rect(), column, row) {
+                out[cell] = 1;
             }
-            for (index, &word) in joined.iter().enumerate() {
-                let mut left = word;
-                while left != 0 {
-                    let column = 32 * index as i32 + left.trailing_zeros() as i32;
-                    left &= left - 1;
-                    for cell in self.cells(column + rect.u - self.u, self.columns) {
-                        out[row as usize * columns + cell] = 1;
-                    }
-                }
-            }
-        }
+        });
         out
     }
 
-    /// Joins the rows of a map's words that a row of cells reaches, word by word. Returns whether there are any.
-    fn join_rows(&self, row: u32, rect: MapRect, words: &[u32], out: &mut [u32]) -> bool {
-        out.fill(0);
-        // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
-        // i + 6.
-        let (reach, row) = (self.reach(), row as i32);
-        let offset = rect.v - self.v;
-        let first = (row << self.shift) - reach - offset;
-        let end = ((row + 1) << self.shift) + reach - offset;
-        let within = |texel: i32| texel.clamp(0, rect.height as i32) as usize;
-        let rows = within(first)..within(end);
-        let any = !rows.is_empty();
-        for line in words[rows.start * out.len()..rows.end * out.len()].chunks_exact(out.len()) {
-            for (joined, word) in out.iter_mut().zip(line) {
-                *joined |= word;
-            }
-        }
-        any
-    }
-
-    /// Reach of a cell, in texels.
-    fn reach(&self) -> i32 {
-        Self::REACH << (self.shift - 2)
-    }
-
-    /// Cells that reach a texel along one axis, at most three of `count`.
-    fn cells(&self, texel: i32, count: u32) -> std::ops::Range<usize> {
-        let within = |cell: i32| cell.clamp(0, count as i32) as usize;
-        let reach = self.reach();
-        let first = (texel - reach) >> self.shift;
-        let last = (texel + reach) >> self.shift;
-        within(first)..within(last + 1)
+    /// Cells that reach a texel of a map in `rect`, at most nine.
+    fn cells(&self, rect: MapRect, column: i32, row: i32) -> impl Iterator<Item = usize> + use<> {
+        let reach = Self::REACH << (self.shift - 2);
+        // Along one axis. With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4 i + 6.
+        let along = |texel: i32, count: u32| {
+            let within = |cell: i32| cell.clamp(0, count as i32) as usize;
+            within((texel - reach) >> self.shift)..within(((texel + reach) >> self.shift) + 1)
+        };
+        let columns = along(column + rect.u - self.u, self.columns);
+        let (rows, width) = (
+            along(row + rect.v - self.v, self.rows),
+            self.columns as usize,
+        );
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
     }
 
     /// Slices of the outer map in one lane, `[row][column]`.

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::bit_map::MapRect;
-use super::bit_square::{SIDE, transposed};
 use super::sparse_words;
 
 /// A map over time: each texel has a mask with one bit for each slice.
@@ -76,21 +75,26 @@ impl MaskMap {
     pub fn slice_rects(&self, slices: u32) -> Vec<MapRect> {
         let (rect, lanes) = (self.rect, self.lanes().max(1));
         let row_words = rect.width as usize * lanes;
-        let mut columns = vec![0; row_words];
-        let mut rows = vec![0; rect.height as usize * lanes];
-        for (row, texels) in self.masks.chunks(row_words.max(1)).enumerate() {
+        let (mut columns, mut rows) = (vec![0; row_words], Vec::new());
+        for texels in self.masks.chunks(row_words.max(1)) {
             for (column, word) in columns.iter_mut().zip(texels) {
                 *column |= word;
             }
-            for (lane, joined) in rows[row * lanes..(row + 1) * lanes].iter_mut().enumerate() {
-                *joined = joined_lane(texels, lane, lanes);
-            }
+            rows.extend((0..lanes).map(|lane| joined_lane(texels, lane, lanes)));
         }
-        let [columns, rows] = [columns, rows].map(|masks| slice_ends(&masks, lanes));
-        let of_slice = |slice: usize| {
-            let [columns, rows] =
-                [&columns, &rows].map(|ends: &Vec<_>| ends.get(slice).copied().flatten());
-            let ((u, width), (v, height)) = (columns?, rows?);
+        // The first mask that has the bit of a slice, and the number of masks from there to the last one that has it.
+        let ends = |masks: &[u32], slice: u32| {
+            let has = |mask: &[u32]| {
+                let word = mask.get(slice as usize / 32);
+                word.is_some_and(|word| word >> (slice % 32) & 1 == 1)
+            };
+            let mut masks = masks.chunks_exact(lanes);
+            let first = masks.clone().position(has)?;
+            let last = masks.rposition(has)?;
+            Some((first as i32, (last + 1 - first) as u32))
+        };
+        let of_slice = |slice: u32| {
+            let ((u, width), (v, height)) = (ends(&columns, slice)?, ends(&rows, slice)?);
             Some(MapRect {
                 u: rect.u + u,
                 v: rect.v + v,
@@ -98,7 +102,7 @@ impl MaskMap {
                 height,
             })
         };
-        (0..slices as usize)
+        (0..slices)
             .map(|slice| of_slice(slice).unwrap_or_default())
             .collect()
     }
@@ -127,26 +131,6 @@ impl MaskMap {
             && self.masks.len() as u64 == texels * u64::from(lanes)
             && joined_lane(&self.masks, lanes as usize - 1, lanes as usize) & unused == 0
     }
-}
-
-/// For each slice, the index of the first mask that has its bit, and the number of masks from there to the last one that has it. `None` if no
-/// mask has it.
-fn slice_ends(masks: &[u32], lanes: usize) -> Vec<Option<(i32, u32)>> {
-    let mut ends: Vec<Option<(u32, u32)>> = vec![None; SIDE * lanes];
-    for (part, first) in masks.chunks(SIDE * lanes).zip((0..).step_by(SIDE)) {
-        for (lane, ends) in ends.chunks_exact_mut(SIDE).enumerate() {
-            // Transposes from slices by mask to masks by slice.
-            let masks_of = transposed(part.iter().copied().skip(lane).step_by(lanes));
-            for (ends, found) in ends.iter_mut().zip(masks_of) {
-                if found != 0 {
-                    let start = ends.map_or(first + found.trailing_zeros(), |(start, _)| start);
-                    *ends = Some((start, first + SIDE as u32 - found.leading_zeros()));
-                }
-            }
-        }
-    }
-    let range = |(start, end): (u32, u32)| (start as i32, end - start);
-    ends.into_iter().map(|ends| ends.map(range)).collect()
 }
 
 /// Union of the words of one lane of `lanes` over all masks.

@@ -5,7 +5,6 @@
 
 mod atlas;
 mod bit_map;
-pub(crate) mod bit_square;
 mod body;
 mod body_rows;
 mod bounding_cylinder;
