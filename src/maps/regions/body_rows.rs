@@ -1,13 +1,9 @@
 //! The body's spheres as rows of numbers, for the inner loop of the exact test.
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use super::body::{Body, BodySphere};
 use crate::anim::{JointTransform, Leg, Skeleton};
-use crate::math::Isa;
-
-/// Number of spheres that are transformed together.
-const LANES: usize = 8;
 
 /// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
 /// of the last sphere to a multiple of [`BodyTrack::LANES`](super::track::BodyTrack::LANES).
@@ -133,66 +129,16 @@ impl BodyRows {
     pub(crate) fn push(&self, joints: &[JointTransform], rows: &mut Vec<f32>) {
         let (start, row) = (rows.len(), self.radii.len());
         rows.resize(start + 3 * row, 0.0);
-        let (x, rest) = rows[start..].split_at_mut(row);
-        let (y, z) = rest.split_at_mut(row);
-        Isa::best().run(
-            #[inline(always)]
-            || {
-                for bone in &self.bones {
-                    self.place(bone, &joints[bone.joint], [&mut *x, &mut *y, &mut *z]);
+        let (rows, [x, y, z]) = (&mut rows[start..], &self.offsets);
+        for bone in &self.bones {
+            let joint = &joints[bone.joint];
+            let [a, b, c] = Mat3::from_quat(joint.rotation).to_cols_array_2d();
+            for at in bone.first..bone.end {
+                for axis in 0..3 {
+                    let along = a[axis] * x[at] + b[axis] * y[at];
+                    rows[axis * row + at] = along + c[axis] * z[at] + joint.translation[axis];
                 }
-            },
-        );
-    }
-
-    /// Transforms a bone's spheres, a whole vector at a time. The last vector may also write
-    /// spheres of later bones, which those bones overwrite afterwards.
-    #[inline(always)]
-    fn place(&self, bone: &Bone, joint: &JointTransform, mut out: [&mut [f32]; 3]) {
-        let [a, b, c] = glam::Mat3::from_quat(joint.rotation).to_cols_array_2d();
-        let columns = [a, b, c, joint.translation.to_array()];
-        let row = self.radii.len();
-        for first in (bone.first..bone.end).step_by(LANES) {
-            let end = (first + LANES).min(row);
-            if end - first < LANES {
-                self.place_one_by_one(first..end, columns, out);
-                return;
-            }
-            let [x, y, z] = &self.offsets;
-            let (x, y, z) = (lanes(x, first), lanes(y, first), lanes(z, first));
-            for (axis, row) in out.iter_mut().enumerate() {
-                let factors = columns.map(|column| column[axis]);
-                let mut placed = [0.0; LANES];
-                for lane in 0..LANES {
-                    let along = factors[0] * x[lane] + factors[1] * y[lane];
-                    placed[lane] = along + factors[2] * z[lane] + factors[3];
-                }
-                row[first..end].copy_from_slice(&placed);
             }
         }
     }
-
-    /// Transforms some spheres by the columns of a joint's matrix.
-    #[inline(always)]
-    fn place_one_by_one(
-        &self,
-        spheres: std::ops::Range<usize>,
-        columns: [[f32; 3]; 4],
-        out: [&mut [f32]; 3],
-    ) {
-        let [x, y, z] = &self.offsets;
-        for index in spheres {
-            for axis in 0..3 {
-                let along = columns[0][axis] * x[index] + columns[1][axis] * y[index];
-                out[axis][index] = along + columns[2][axis] * z[index] + columns[3][axis];
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn lanes(values: &[f32], first: usize) -> [f32; LANES] {
-    let mut lanes = [0.0; LANES];
-    lanes.copy_from_slice(&values[first..first + LANES]);
-    lanes
 }
