@@ -145,9 +145,6 @@ pub struct PathTable {
     /// Paths of every [`PathTable::KEPT`]th node.
     #[serde(skip)]
     kept: Vec<OnceLock<Box<[NodePath]>>>,
-    /// Node of every [`PathTable::STEP`]th path.
-    #[serde(skip)]
-    nodes: Vec<u32>,
     /// Largest number of paths of a node.
     #[serde(skip)]
     most: u32,
@@ -265,9 +262,6 @@ const NOWHERE: &str = "a path leads nowhere, or to itself";
 const UNSORTED: &str = "a node's paths are not in the order of their length";
 
 impl PathTable {
-    /// Number of paths between two entries of [`PathTable::nodes`].
-    const STEP: usize = 32;
-
     /// Number of nodes between two whose paths are kept. Most paths continue along their clip, whose next node has the next number.
     const KEPT: usize = 16;
 
@@ -299,19 +293,11 @@ impl PathTable {
             }
         });
         let counts = first.windows(2).map(|pair| pair[1] - pair[0]);
-        let mut node = 0;
-        let nodes = (0..links.len()).step_by(Self::STEP).map(|path| {
-            while first[node + 1] as usize <= path {
-                node += 1;
-            }
-            node as u32
-        });
         Self {
             kept: (1..first.len())
                 .step_by(Self::KEPT)
                 .map(|_| OnceLock::new())
                 .collect(),
-            nodes: nodes.collect(),
             most: counts.max().unwrap_or(0),
             first,
             links,
@@ -387,10 +373,7 @@ impl PathTable {
 
     /// The node from which a path leads.
     fn node(&self, id: PathId) -> NodeId {
-        let mut node = self.nodes[id.0 as usize / Self::STEP] as usize;
-        while self.first[node + 1] <= id.0 {
-            node += 1;
-        }
+        let node = self.first.partition_point(|&first| first <= id.0) - 1;
         NodeId(node as u32)
     }
 

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::cells::CellColumn;
-use crate::math::{Isa, Rigid2, Sphere};
+use crate::math::{Rigid2, Sphere};
 
 /// Number of headings that have their own cells.
 pub(super) const HEADINGS: u32 = 72;
@@ -28,6 +28,26 @@ pub(super) struct VacatedCells {
 }
 
 impl VacatedCells {
+    /// The smallest rectangle around columns.
+    fn around(columns: &[CellColumn]) -> Self {
+        let ends = |place: fn(&CellColumn) -> i32| {
+            let places = columns.iter().map(place);
+            let (low, high) = (
+                places.clone().min().unwrap_or(0),
+                places.max().unwrap_or(-1),
+            );
+            (low, (high - low + 1) as u32)
+        };
+        let ((x, width), (z, depth)) = (ends(|column| column.x), ends(|column| column.z));
+        Self {
+            x,
+            z,
+            width,
+            depth,
+            ..Self::default()
+        }
+    }
+
     /// Number of a column among those of the kind.
     #[inline]
     pub(super) fn position(&self, x: i32, z: i32) -> Option<usize> {
@@ -51,25 +71,25 @@ impl VacatedKinds {
     /// The cells that a body vacates whose spheres are at `first`, and then at `last`.
     pub(super) fn new(first: &[Sphere], last: &[Sphere], cell: f32) -> Self {
         let (mut kinds, mut columns, mut all) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut start, mut end) = (ReachedColumns::default(), ReachedColumns::default());
         let (mut known, mut heights) = (FxHashMap::default(), Vec::new());
-        let mut first_heights = 0;
+        let (mut reached, mut first_heights) = (Vec::new(), 0);
         for kind in 0..KINDS {
             let placement = kind_placement(kind, cell);
-            let whole = [-CellColumn::FURTHEST, CellColumn::FURTHEST];
-            start.find(first, placement, cell, [whole; 2]);
-            let mut cells = start.around();
-            let bounds = [(cells.x, cells.width), (cells.z, cells.depth)];
-            let bounds = bounds.map(|(first, count)| [first, first + count as i32 - 1]);
-            end.find(last, placement, cell, bounds);
+            reached.clear();
+            for_each_reached(first, placement, cell, |column| reached.push(column));
+            let mut cells = VacatedCells::around(&reached);
             heights.clear();
             heights.resize((cells.width * cells.depth) as usize, 0u64);
-            for (at, reached) in start.heights(&cells) {
-                heights[at] |= reached;
+            for column in &reached {
+                if let Some(at) = cells.position(column.x, column.z) {
+                    heights[at] |= column.heights;
+                }
             }
-            for (at, reached) in end.heights(&cells) {
-                heights[at] &= !reached;
-            }
+            for_each_reached(last, placement, cell, |column| {
+                if let Some(at) = cells.position(column.x, column.z) {
+                    heights[at] &= !column.heights;
+                }
+            });
             // So that their numbers fit. A kind has fewer columns than that ([`GridCells`](super::node_grid::GridCells)).
             if known.len() + heights.len() > usize::from(u16::MAX) {
                 known.clear();
@@ -111,95 +131,16 @@ fn kind_placement(kind: u32, cell: f32) -> Rigid2 {
     )
 }
 
-/// The columns that the spheres of a body reach, as one list for each number. A column that several spheres reach occurs several times.
-#[derive(Default)]
-struct ReachedColumns {
-    places: Vec<[i32; 2]>,
-    /// Height of the sphere's centre, in metres.
-    middle: Vec<f32>,
-    /// Square of half of the sphere's height in the column, in square metres.
-    half_squared: Vec<f32>,
-    /// First and last bit of the column's cells.
-    bits: [Vec<u32>; 2],
-}
-
-impl ReachedColumns {
-    /// Finds the columns that placed spheres reach, within `bounds` along x and along z, both ends included.
-    fn find(&mut self, body: &[Sphere], placement: Rigid2, cell: f32, bounds: [[i32; 2]; 2]) {
-        self.places.clear();
-        self.middle.clear();
-        self.half_squared.clear();
-        for &Sphere { centre, radius } in body {
-            let centre = placement.point(centre);
-            let index = |value| CellColumn::index(value, cell);
-            let span = |place: f32, [low, high]: [i32; 2]| {
-                index(place - radius).max(low)..=index(place + radius).min(high)
-            };
-            for x in span(centre.x, bounds[0]) {
-                let dx = CellColumn::apart(centre.x, cell, x);
-                for z in span(centre.z, bounds[1]) {
-                    let dz = CellColumn::apart(centre.z, cell, z);
-                    let left = radius * radius - dx * dx - dz * dz;
-                    if left <= 0.0 {
-                        continue;
-                    }
-                    self.places.push([x, z]);
-                    self.middle.push(centre.y);
-                    self.half_squared.push(left);
-                }
-            }
-        }
-        self.find_bits(cell);
-    }
-
-    /// First and last [`CellColumn::bit`] of all columns, many at a time.
-    fn find_bits(&mut self, cell: f32) {
-        let [low, high] = &mut self.bits;
-        low.resize(self.places.len(), 0);
-        high.resize(self.places.len(), 0);
-        let bits = low.iter_mut().zip(high);
-        let spheres = self.middle.iter().zip(&self.half_squared);
-        Isa::best().run(
-            #[inline(always)]
-            || {
-                for ((low, high), (&middle, &left)) in bits.zip(spheres) {
-                    let half = left.sqrt();
-                    let bit = |height| CellColumn::bit(height, cell);
-                    (*low, *high) = (bit(middle - half), bit(middle + half));
-                }
-            },
-        );
-    }
-
-    /// The smallest rectangle around the columns.
-    fn around(&self) -> VacatedCells {
-        let ends = |axis: usize| {
-            let values = || self.places.iter().map(|place| place[axis]);
-            let (low, high) = (values().min().unwrap_or(0), values().max().unwrap_or(-1));
-            (low, (high - low + 1) as u32)
-        };
-        let ((x, width), (z, depth)) = (ends(0), ends(1));
-        VacatedCells {
-            x,
-            z,
-            width,
-            depth,
-            ..VacatedCells::default()
-        }
-    }
-
-    /// Positions in `cells` and heights of the columns that lie in it.
-    fn heights<'a>(
-        &'a self,
-        cells: &'a VacatedCells,
-    ) -> impl Iterator<Item = (usize, u64)> + use<'a> {
-        let [low, high] = &self.bits;
-        let bits = low.iter().zip(high);
-        let columns = self.places.iter().zip(bits);
-        columns.filter_map(|(&[x, z], (&low, &high))| {
-            let heights = CellColumn::between(low, high);
-            cells.position(x, z).map(|at| (at, heights))
-        })
+/// Calls `visit` for each column that a sphere of a placed body reaches, for each such sphere.
+fn for_each_reached(
+    body: &[Sphere],
+    placement: Rigid2,
+    cell: f32,
+    mut visit: impl FnMut(CellColumn),
+) {
+    for &Sphere { centre, radius } in body {
+        let sphere = Sphere::new(placement.point(centre), radius);
+        CellColumn::for_each_reached(sphere, cell, i32::MAX, &mut visit);
     }
 }
 
@@ -215,12 +156,9 @@ mod tests {
     /// Heights by column that a body reaches.
     fn occupied(body: &[Sphere], placement: Rigid2, cell: f32) -> BTreeMap<(i32, i32), u64> {
         let mut columns = BTreeMap::new();
-        for sphere in body {
-            let sphere = Sphere::new(placement.point(sphere.centre), sphere.radius);
-            CellColumn::for_each_reached(sphere, cell, i32::MAX, |column| {
-                *columns.entry((column.x, column.z)).or_default() |= column.heights;
-            });
-        }
+        for_each_reached(body, placement, cell, |column| {
+            *columns.entry((column.x, column.z)).or_default() |= column.heights;
+        });
         columns
     }
 
