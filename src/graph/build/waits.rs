@@ -1,10 +1,12 @@
 //! Computes how soon each moment reaches each evasion's start, up to a horizon: breadth first, for many evasions at once ([`Reach`]). New
-//! jumps are added by Dijkstra's algorithm against the motion's direction, with a bucket for each number of frames (Dial, "Algorithm 360",
-//! 1969). Differs: when the wait of a moment falls, those of the frames before it are lowered at once, possibly several times.
+//! jumps are added by Dijkstra's algorithm against the motion's direction. Differs: when the wait of a moment falls, those of the frames before
+//! it are lowered at once, possibly several times.
 
 use crate::graph::build::moments::{Jump, Moments};
 use crate::math::in_parallel;
 use crate::math::parallel::lock;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::sync::Mutex;
 
 /// Number of whole frames that fit into a time.
@@ -25,7 +27,8 @@ pub(crate) struct Waits {
     /// For each moment, the jumps that end there.
     into: Vec<Vec<Jump>>,
     table: WaitTable,
-    open: Queue,
+    /// Moments whose wait may fall, each behind its new wait.
+    open: BinaryHeap<Reverse<(u32, u32)>>,
 }
 
 /// The waits of all moments for all evasions.
@@ -79,15 +82,6 @@ fn index_in_group(evasions: usize, evasion: usize, moment: usize) -> usize {
     (moment / BLOCK * evasions + evasion) * BLOCK + moment % BLOCK
 }
 
-/// Moments whose wait may fall, in buckets of their new wait.
-#[derive(Debug, Default)]
-struct Queue {
-    moments: Vec<Vec<u32>>,
-    count: usize,
-    /// Shortest wait of the moments, in frames.
-    least: usize,
-}
-
 /// A wait that fell, in frames.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WaitChange {
@@ -116,7 +110,7 @@ impl Waits {
             follows,
             into,
             table: WaitTable::default(),
-            open: Queue::default(),
+            open: BinaryHeap::new(),
         }
     }
 
@@ -181,7 +175,7 @@ impl Waits {
         for evasion in 0..self.table.evasions {
             let frames = self.wait(evasion, jump.to).saturating_add(jump.frames);
             if frames <= self.near && frames < self.wait(evasion, jump.from) {
-                self.open.push(frames, jump.from, self.near);
+                self.open.push(Reverse((frames, jump.from)));
                 self.lower(evasion, &mut lowered);
             }
         }
@@ -190,7 +184,7 @@ impl Waits {
     /// Lowers the waits for one evasion, starting from the moments in the queue. From each moment it goes back along the clip at once. A wait
     /// that a jump lowers further is lowered again later.
     fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
-        while let Some((last, least)) = self.open.pop() {
+        while let Some(Reverse((least, last))) = self.open.pop() {
             for (moment, new) in (0..=last).rev().zip(least..=self.near) {
                 let old = self.wait(evasion, moment);
                 if new >= old {
@@ -199,47 +193,14 @@ impl Waits {
                 let index = self.table.index(evasion, moment as usize);
                 self.table.frames[index] = new as u16;
                 for jump in &self.into[moment as usize] {
-                    self.open.push(new + jump.frames, jump.from, self.near);
+                    if new + jump.frames <= self.near {
+                        self.open.push(Reverse((new + jump.frames, jump.from)));
+                    }
                 }
                 if !self.follows[moment as usize] {
                     break;
                 }
                 lowered(WaitChange { moment, old, new });
-            }
-        }
-    }
-}
-
-impl Queue {
-    /// Adds a moment with its new wait, unless the wait is beyond the horizon.
-    fn push(&mut self, frames: u32, moment: u32, horizon: u32) {
-        if frames > horizon {
-            return;
-        }
-        let at = frames as usize;
-        if self.moments.len() <= at {
-            self.moments.resize_with(at + 1, Vec::new);
-        }
-        self.moments[at].push(moment);
-        self.least = match self.count {
-            0 => at,
-            _ => self.least.min(at),
-        };
-        self.count += 1;
-    }
-
-    /// Takes a moment with the shortest wait. Returns the wait and the moment.
-    fn pop(&mut self) -> Option<(u32, u32)> {
-        if self.count == 0 {
-            return None;
-        }
-        loop {
-            match self.moments[self.least].pop() {
-                Some(moment) => {
-                    self.count -= 1;
-                    return Some((moment, self.least as u32));
-                }
-                None => self.least += 1,
             }
         }
     }
