@@ -37,8 +37,6 @@ pub(crate) struct Examiner {
     /// Weights of the offsets in each frame; `None` if they are 0.
     weights: Vec<Option<Weights>>,
     poses: Vec<Pose>,
-    /// Steps and limits of each joint after the first frames.
-    started: Vec<Option<(JointSteps, JointLimits)>>,
 }
 
 /// Offsets at a cut, in the space of the entered clip. Those of joints are computed on first use.
@@ -59,7 +57,7 @@ pub(crate) struct CutTest<'a> {
     rate: f32,
 }
 
-/// Number of frames whose joints are tested before the head.
+/// Number of frames whose joints are tested before the head: those in which the offsets begin to fade out.
 const FIRST: usize = 4;
 
 impl Examiner {
@@ -74,7 +72,6 @@ impl Examiner {
             offsets: Offsets::default(),
             weights: Vec::new(),
             poses: Vec::new(),
-            started: vec![None; skeleton.len()],
         }
     }
 
@@ -118,7 +115,7 @@ impl CutTest<'_> {
         self.examiner.weights.extend(weights);
         self.make_poses(FIRST.max(frames + 3));
         self.hips_go_on()
-            && self.joints_start()
+            && self.joints_fit(FIRST)
             && self.head_goes_on()
             && self.joints_fit(frames + 3)
             && self.legs_fit(frames + 3)
@@ -147,29 +144,13 @@ impl CutTest<'_> {
         goes_on(limits, self.rate, |frame| self.head(frame))
     }
 
-    /// Whether the joints outside the legs are plausible in the first frames, in which the offsets begin to fade out.
-    fn joints_start(&mut self) -> bool {
-        self.others_fit(|test, joint| {
-            let (mut steps, limits) = test.steps(joint);
-            let fit = test.joint_fits(joint, 2..FIRST, &mut steps, limits);
-            test.examiner.started[joint.index()] = Some((steps, limits));
-            fit
-        })
-    }
-
-    /// Whether the joints outside the legs are plausible in the frames after the first ones, up to `frames`.
+    /// Whether the joints outside the legs are plausible in the first `frames` frames. A joint that fails is tested first the next time,
+    /// because it often fails again.
     fn joints_fit(&mut self, frames: usize) -> bool {
-        self.others_fit(|test, joint| {
-            test.examiner.started[joint.index()].is_some_and(|(mut steps, limits)| {
-                test.joint_fits(joint, FIRST..frames, &mut steps, limits)
-            })
-        })
-    }
-
-    /// Whether all joints outside the legs pass a test. A joint that fails is tested first the next time, because it often fails again.
-    fn others_fit(&mut self, mut fits: impl FnMut(&mut Self, JointId) -> bool) -> bool {
         let mut others = std::mem::take(&mut self.examiner.others);
-        let failed = others.iter().position(|&joint| !fits(self, joint));
+        let failed = others
+            .iter()
+            .position(|&joint| !self.joint_fits(joint, frames));
         if let Some(failed) = failed {
             others[..=failed].rotate_right(1);
         }
@@ -177,15 +158,10 @@ impl CutTest<'_> {
         failed.is_none()
     }
 
-    /// Whether a joint is plausible in some frames. Writes its rotations to the poses of these frames.
-    fn joint_fits(
-        &mut self,
-        joint: JointId,
-        mut frames: std::ops::Range<usize>,
-        steps: &mut JointSteps,
-        limits: JointLimits,
-    ) -> bool {
-        frames.all(|frame| {
+    /// Whether a joint is plausible in the first `frames` frames. Writes its rotations to the poses of these frames.
+    fn joint_fits(&mut self, joint: JointId, frames: usize) -> bool {
+        let (mut steps, limits) = self.steps(joint);
+        (2..frames).all(|frame| {
             let rotation = self.rotation(joint, frame);
             self.examiner.poses[frame].rotations[joint.index()] = rotation;
             steps.fits(rotation, limits)
