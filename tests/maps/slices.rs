@@ -33,7 +33,7 @@ fn a_graph_with_other_maps_is_the_graph_that_is_baked_with_them() {
         slab_height: 0.0,
         ..MapGrid::default()
     };
-    assert!(matches!(baked.with_maps(none), Err(BakeError::Grid { .. })));
+    assert!(matches!(baked.with_maps(none), Err(BakeError::Grid(_))));
 }
 
 /// The body's spheres at any time on its track.

@@ -159,6 +159,7 @@ impl BakedGraph {
     #[must_use]
     pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let stance = self.stance_at(motion, seconds);
+        let known = self.known_entries(motion.playhead(&self.graph, seconds));
         let entry = |known: &KnownEntry| {
             let index = usize::from(known.target);
             let target = self.entries.targets[index];
@@ -170,10 +171,6 @@ impl BakedGraph {
                 blend: known.blend(),
             }
         };
-        let playhead = motion.playhead(&self.graph, seconds);
-        let known = self
-            .entries
-            .at(&self.entries.entries, &self.graph, playhead);
         known.iter().map(entry).collect()
     }
 
@@ -181,12 +178,9 @@ impl BakedGraph {
     /// comes first. Play one with [`Motion::enter`].
     #[must_use]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
+        let stance = self.stance_at(motion, seconds);
         let playhead = motion.playhead(&self.graph, seconds);
-        if self.exits_of(playhead).is_empty() {
-            return Vec::new();
-        }
-        self.exits(playhead, self.stance_at(motion, seconds))
-            .collect()
+        self.exits(playhead, stance).collect()
     }
 
     /// [`BakedGraph::exits_at`] for a body with a stance.
@@ -195,24 +189,24 @@ impl BakedGraph {
         playhead: Playhead,
         stance: Stance,
     ) -> impl Iterator<Item = Entry> + '_ {
-        let known = self.exits_of(playhead).iter();
+        let entries = &self.entries;
+        let known = entries.at(&entries.exits, &self.graph, playhead).iter();
         known.map(move |known| {
             let index = usize::from(known.target);
-            let target = self.entries.exit_targets[index];
-            let to = &self.derived.stances.exits[index];
+            let target = entries.exit_targets[index];
             Entry {
                 edge: target.edge,
                 frame: target.edge_frame as f32,
-                clip_to_world: stance.align(to, known.pin()),
+                clip_to_world: stance.align(&self.derived.stances.exits[index], known.pin()),
                 rate: 1.0,
                 blend: known.exit_blend(),
             }
         })
     }
 
-    fn exits_of(&self, playhead: Playhead) -> &[KnownEntry] {
+    fn known_entries(&self, playhead: Playhead) -> &[KnownEntry] {
         let entries = &self.entries;
-        entries.at(&entries.exits, &self.graph, playhead)
+        entries.at(&entries.entries, &self.graph, playhead)
     }
 
     fn stance_at(&self, motion: &Motion, seconds: f32) -> Stance {
@@ -225,10 +219,7 @@ impl BakedGraph {
     /// Whether an evasion can be entered from a moment of the graph.
     #[must_use]
     pub fn has_entries_at(&self, playhead: Playhead) -> bool {
-        let entries = &self.entries;
-        !entries
-            .at(&entries.entries, &self.graph, playhead)
-            .is_empty()
+        !self.known_entries(playhead).is_empty()
     }
 
     /// Maximum angular speed of each joint in an entry, in radians per second.

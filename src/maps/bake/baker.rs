@@ -5,7 +5,7 @@
 //! [`Baker::finish`] takes the drawn maps.
 
 use super::baked_graph::{BakedGraph, Derived};
-use super::drawings::{EventDrawings, Part, SlabRange, attack_drawings, evasion_drawings};
+use super::drawings::{EventDrawings, attack_drawings, evasion_drawings};
 use super::settings::{BakeError, BakeSettings};
 use crate::anim::EventKind;
 use crate::graph::watch::{BakeWatch, Unwatched};
@@ -41,19 +41,8 @@ pub struct Baker {
     attacks: Vec<EdgeId>,
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
-    /// All events, evasions first.
-    events: Vec<DrawnEvent>,
-}
-
-/// An event whose maps are drawn.
-#[derive(Clone, Debug)]
-struct DrawnEvent {
-    slabs: SlabRange,
-    /// Time from the event's start that the slices cover, in seconds.
-    seconds: f32,
-    /// Slab and slice of each of the event's drawings, which follow those of the event before it.
-    every_frame: Vec<Part>,
-    any_frame: Vec<Part>,
+    /// The parts of all events, evasions first. Their drawings are those above, event by event.
+    events: Vec<EventDrawings>,
 }
 
 impl Baker {
@@ -64,13 +53,7 @@ impl Baker {
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
         let maps = settings.maps;
         if !maps.is_sound() {
-            return Err(BakeError::Grid {
-                texel: maps.texel,
-                attack_pitch: maps.attack_pitch,
-                slab_height: maps.slab_height,
-                slices: maps.slices,
-                slice_seconds: maps.slice_seconds,
-            });
+            return Err(BakeError::Grid(maps));
         }
         settings.check_numbers()?;
         let own = settings.body.clone();
@@ -101,17 +84,10 @@ impl Baker {
             events: Vec::new(),
             graph,
         };
-        for drawings in baker.drawings()? {
-            let (every_parts, every) = drawings.every_frame.into_iter().unzip();
-            let (any_parts, any): (_, Vec<_>) = drawings.any_frame.into_iter().unzip();
-            baker.every_frame.extend::<Vec<_>>(every);
-            baker.any_frame.extend(any);
-            baker.events.push(DrawnEvent {
-                slabs: drawings.slabs,
-                seconds: drawings.seconds,
-                every_frame: every_parts,
-                any_frame: any_parts,
-            });
+        baker.events = baker.drawings()?;
+        for event in &mut baker.events {
+            baker.every_frame.append(&mut event.every_frame.1);
+            baker.any_frame.append(&mut event.any_frame.1);
         }
         Ok(baker)
     }
@@ -257,7 +233,7 @@ impl Baker {
         let grid = self.settings.maps;
         for (index, event) in self.events.iter().enumerate() {
             let mut slabs = vec![SlabDrawings::default(); event.slabs.count];
-            for (part, maps) in event.every_frame.iter().zip(every.by_ref()) {
+            for (part, maps) in event.every_frame.0.iter().zip(every.by_ref()) {
                 let slab = &mut slabs[part.slab];
                 match part.slice {
                     Some(slice) => slab.body.push((slice, &maps.body)),
@@ -269,7 +245,7 @@ impl Baker {
                     }
                 }
             }
-            for (part, map) in event.any_frame.iter().zip(any.by_ref()) {
+            for (part, map) in event.any_frame.0.iter().zip(any.by_ref()) {
                 let slice = part.slice.unwrap_or(0);
                 slabs[part.slab].outer.push((slice, map));
             }

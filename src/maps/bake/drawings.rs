@@ -41,7 +41,7 @@ pub(super) struct Part {
     pub slice: Option<u32>,
 }
 
-/// The drawings of one event. Empty drawings are left out.
+/// The drawings of one event, each with its part. Empty drawings are left out.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EventDrawings {
     /// Slabs that the event reaches.
@@ -49,9 +49,9 @@ pub(super) struct EventDrawings {
     /// Time from the event's start that the slices cover, in seconds.
     pub seconds: f32,
     /// Drawings for [`every_frame`](crate::maps::raster::every_frame).
-    pub every_frame: Vec<(Part, Drawing)>,
+    pub every_frame: (Vec<Part>, Vec<Drawing>),
     /// Drawings for [`any_frame`](crate::maps::raster::any_frame).
-    pub any_frame: Vec<(Part, Drawing)>,
+    pub any_frame: (Vec<Part>, Vec<Drawing>),
 }
 
 /// A range of slabs.
@@ -97,7 +97,8 @@ pub(super) fn evasion_drawings(
         ..EventDrawings::default()
     };
     let whole = in_slabs(&frames, slabs, grid, Cut::Nearest);
-    drawings.every_frame = place(whole, None, |drawing| MapRect::around(drawing.frame(0)));
+    let whole = place(whole, None, |drawing| MapRect::around(drawing.frame(0)));
+    drawings.every_frame.extend(whole);
     if grid.is_timed() {
         for slice in 0..slices {
             let moments = moving.through(slice, slice_seconds, INNER_RATE);
@@ -142,7 +143,7 @@ pub(super) fn attack_drawings(
     let rect = |drawing: &Drawing| MapRect::around(&drawing.discs);
     let drawings = EventDrawings {
         slabs,
-        any_frame: place(all, None, rect),
+        any_frame: place(all, None, rect).into_iter().unzip(),
         ..EventDrawings::default()
     };
     drawings.checked(graph, event)
@@ -151,10 +152,10 @@ pub(super) fn attack_drawings(
 impl EventDrawings {
     /// Returns an error if the drawings do not fit fixed-point maps.
     fn checked(self, graph: &MotionGraph, event: &GraphEvent) -> Result<Self, BakeError> {
-        let mut all = self.every_frame.iter().chain(&self.any_frame);
-        match all.find(|(_, drawing)| !drawing.rect.fits()) {
+        let mut all = self.every_frame.1.iter().chain(&self.any_frame.1);
+        match all.find(|drawing| !drawing.rect.fits()) {
             None => Ok(self),
-            Some((_, large)) => Err(BakeError::MapTooLarge {
+            Some(large) => Err(BakeError::MapTooLarge {
                 event: graph.describe_event(event),
                 width: large.rect.width,
                 height: large.rect.height,

@@ -73,21 +73,11 @@ pub enum BakeError {
     },
     /// Texel size, slab height or time slices are out of range.
     #[error(
-        "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m and {attack_pitch}, {slab_height} m and {slices} of {slice_seconds} s",
+        "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {} m and {}, {} m and {} of {} s",
+        .0.texel, .0.attack_pitch, .0.slab_height, .0.slices, .0.slice_seconds,
         max = MapGrid::MAX_SLICES
     )]
-    Grid {
-        /// Side of a texel, in metres.
-        texel: f32,
-        /// Pitch of an attack's texels, in texels.
-        attack_pitch: u32,
-        /// Height of a slab, in metres.
-        slab_height: f32,
-        /// Number of time slices.
-        slices: u32,
-        /// Duration of a slice, in seconds.
-        slice_seconds: f32,
-    },
+    Grid(MapGrid),
     /// Another setting is out of range.
     #[error("bake setting {name} is {value}; it must be {range}")]
     Setting {
