@@ -201,10 +201,10 @@ impl<'a> PrunedSearch<'a> {
         while first < beside.end {
             // Strips end where balls do.
             let end = ((first / strip + 1) * strip).min(beside.end);
-            search.find_near(first..end, scratch);
-            computed += search.compute(first..end, scratch);
+            scratch.find_near(first..end, &search);
+            computed += scratch.compute(first..end, &search);
             let last = if end == beside.end { end } else { end - 1 };
-            search.collect(first..last, scratch);
+            scratch.collect(first..last, &search);
             let all = scratch
                 .found
                 .iter()
@@ -213,11 +213,11 @@ impl<'a> PrunedSearch<'a> {
                 *scratch = SearchScratch::default();
                 return Err(error);
             }
-            search.carry(first..end, scratch);
+            scratch.carry(first..end, band.columns);
             first = end;
         }
         // The last rows are carried nowhere: this resets the scratch.
-        search.carry(first..first + 2, scratch);
+        scratch.carry(first..first + 2, band.columns);
         Ok(BandMinima {
             minima: close.minima,
             computed,
@@ -233,107 +233,86 @@ struct BandSearch<'a> {
     near: NearSearch<'a>,
 }
 
-impl BandSearch<'_> {
+impl SearchScratch {
     /// Finds the pairs of a strip that may be near. The rows of pairs on one diagonal ascend.
-    fn find_near(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
-        scratch.near.clear();
-        let near = &mut scratch.near;
-        self.isa.run(
+    fn find_near(&mut self, rows: Range<usize>, search: &BandSearch<'_>) {
+        self.near.clear();
+        search.isa.run(
             #[inline(always)]
-            || self.near.find(rows, near),
+            || search.near.find(rows, &mut self.near),
         );
     }
 
     /// Computes the distances of the pairs that may be near, diagonal by diagonal, and returns their number.
-    fn compute(&self, rows: Range<usize>, scratch: &mut SearchScratch) -> u64 {
-        let SearchScratch {
-            diagonals,
-            near,
-            cells,
-            squared,
-            ..
-        } = scratch;
-        let columns = self.band.columns;
+    fn compute(&mut self, rows: Range<usize>, search: &BandSearch<'_>) -> u64 {
+        let (columns, near) = (search.band.columns, &self.near);
         // Between searches of bands all values are infinite.
         let size = (rows.len() + 3) * columns;
-        if squared.len() < size {
-            squared.resize(size, f32::INFINITY);
+        if self.squared.len() < size {
+            self.squared.resize(size, f32::INFINITY);
         }
         if near.is_empty() {
             return 0;
         }
-        diagonals.for_each(
-            self.windows,
-            self.isa,
-            rows.clone(),
-            near,
-            |(cell, square)| {
-                let row = cell.row as usize - rows.start + 2;
-                squared[row * columns + cell.column as usize] = square;
-            },
-        );
-        cells.extend_from_slice(near);
+        let found = |(cell, square): (WindowCell, f32)| {
+            let row = cell.row as usize - rows.start + 2;
+            self.squared[row * columns + cell.column as usize] = square;
+        };
+        let (windows, isa) = (search.windows, search.isa);
+        self.diagonals
+            .for_each(windows, isa, rows.clone(), near, found);
+        self.cells.extend_from_slice(near);
         near.len() as u64
     }
 
     /// Collects the minima of the rows before `rows.end` that were not complete before, row by row. `rows.start` is the first
     /// row of the strip.
-    fn collect(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
-        let SearchScratch {
-            cells,
-            squared,
-            found,
-            ..
-        } = scratch;
-        found.clear();
-        let (band, columns) = (self.band.rows(), self.band.columns);
-        let value = |row: usize, column: usize| squared[(row + 2 - rows.start) * columns + column];
-        for cell in cells.iter() {
+    fn collect(&mut self, rows: Range<usize>, search: &BandSearch<'_>) {
+        self.found.clear();
+        let (band, columns) = (search.band.rows(), search.band.columns);
+        let place = |row: usize, column: usize| (row + 2 - rows.start) * columns + column;
+        let value = |row: usize, column: usize| self.squared[place(row, column)];
+        for cell in &self.cells {
             let (row, column) = (cell.row as usize, cell.column as usize);
             let own = value(row, column);
             let wanted = band.contains(&row)
                 && (rows.start.saturating_sub(1)..rows.end).contains(&row)
-                && self.near.gap.is_none_or(|gap| column >= row + gap);
-            if !wanted || own >= self.near.limit {
+                && search.near.gap.is_none_or(|gap| column >= row + gap);
+            if !wanted || own >= search.near.limit {
                 continue;
             }
             let above = row.saturating_sub(1);
             let beside = column.saturating_sub(1)..(column + 2).min(columns);
             let lower = (above..row + 2).any(|row| beside.clone().any(|c| value(row, c) < own));
             if !lower {
-                found.push(Minimum {
+                self.found.push(Minimum {
                     a: row as u32,
                     b: column as u32,
                     distance: own.sqrt(),
                 });
             }
         }
-        found.sort_unstable_by_key(|minimum| (minimum.a, minimum.b));
+        let place = |minimum: &Minimum| (minimum.a, minimum.b);
+        self.found.sort_unstable_by_key(place);
     }
 
     /// Removes a strip's distances, except for those of its last two rows, which are carried to the next strip.
-    fn carry(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
-        let SearchScratch {
-            cells,
-            squared,
-            carried,
-            ..
-        } = scratch;
-        let columns = self.band.columns;
+    fn carry(&mut self, rows: Range<usize>, columns: usize) {
         let place = |cell: &WindowCell, first: usize| {
             (cell.row as usize + 2 - first) * columns + cell.column as usize
         };
-        carried.clear();
-        cells.retain(|cell| {
-            let value = std::mem::replace(&mut squared[place(cell, rows.start)], f32::INFINITY);
+        self.carried.clear();
+        self.cells.retain(|cell| {
+            let here = &mut self.squared[place(cell, rows.start)];
+            let value = std::mem::replace(here, f32::INFINITY);
             let kept = cell.row as usize + 2 >= rows.end;
             if kept {
-                carried.push(value);
+                self.carried.push(value);
             }
             kept
         });
-        for (cell, &value) in cells.iter().zip(carried.iter()) {
-            squared[place(cell, rows.end)] = value;
+        for (cell, &value) in self.cells.iter().zip(&self.carried) {
+            self.squared[place(cell, rows.end)] = value;
         }
     }
 }
