@@ -47,52 +47,50 @@ pub const MOST_BESIDE: u64 = 256 << 20;
 
 /// Reason why a baked file cannot be written or read.
 #[derive(Debug, Error)]
+#[error("{path}: {fault}")]
+pub struct ArchiveError {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub fault: ArchiveFault,
+}
+
+/// What is wrong with a baked file.
+#[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum ArchiveError {
+pub enum ArchiveFault {
     /// The file system returned an error.
-    #[error("{path}: {source}")]
-    Io {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the file system.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
     /// The file does not start with the magic bytes.
-    #[error("{path}: not a baked graph (it does not begin with the mark of one)")]
-    NotBaked {
-        /// Path of the file.
-        path: PathBuf,
-    },
+    #[error("not a baked graph (it does not begin with the mark of one)")]
+    NotBaked,
     /// The file has another format version.
-    #[error("{path}: {writer} wrote it, in format version {found}, and this is sabaki {ours}, which reads version {expected}; bake it again", ours = env!("CARGO_PKG_VERSION"), expected = VERSION)]
+    #[error("{writer} wrote it, in format version {found}, and this is sabaki {ours}, which reads version {expected}; bake it again", ours = env!("CARGO_PKG_VERSION"), expected = VERSION)]
     Version {
-        /// Path of the file.
-        path: PathBuf,
         /// Format version of the file.
         found: u32,
         /// Program that wrote the file.
         writer: String,
     },
     /// The file is larger than [`LARGEST_FILE`].
-    #[error("{path}: larger than {max} MB", max = LARGEST_FILE / 1_000_000)]
-    TooLarge {
-        /// Path of the file.
-        path: PathBuf,
-    },
+    #[error("larger than {max} MB", max = LARGEST_FILE / 1_000_000)]
+    TooLarge,
     /// The checksum does not match, because bytes were lost or changed.
-    #[error("{path}: damaged (its checksum does not fit)")]
-    Checksum {
-        /// Path of the file.
-        path: PathBuf,
-    },
-    /// The checksum matches, but the contents are invalid.
-    #[error("{path}: not sound: {what}")]
-    Contents {
-        /// Path of the file.
-        path: PathBuf,
-        /// Description of the first invalid item.
-        what: String,
-    },
+    #[error("damaged (its checksum does not fit)")]
+    Checksum,
+    /// The checksum matches, but the contents are invalid: the first invalid item.
+    #[error("not sound: {0}")]
+    Contents(String),
+}
+
+impl ArchiveFault {
+    fn of(path: &Path) -> impl Fn(Self) -> ArchiveError {
+        move |fault| ArchiveError {
+            path: path.to_owned(),
+            fault,
+        }
+    }
 }
 
 /// Serializes a baked graph to the bytes of a file.
@@ -165,25 +163,24 @@ pub fn is_baked(bytes: &[u8]) -> bool {
 /// # Errors
 /// The bytes are not a valid baked graph.
 pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError> {
-    let contents = |what: String| ArchiveError::Contents {
-        path: path.to_owned(),
-        what,
-    };
-    let (sections, _) = checked(bytes, path)?;
+    graph(bytes).map_err(ArchiveFault::of(path))
+}
+
+fn graph(bytes: &[u8]) -> Result<BakedGraph, ArchiveFault> {
+    let (sections, _) = checked(bytes)?;
     let most = MOST_PER_BYTE * bytes.len() as u64 + MOST_BESIDE;
     let graph = BakedGraph::from_sections(sections);
     let restored = graph.and_then(|graph| graph.restored_within(most));
-    restored.map_err(contents)
+    restored.map_err(ArchiveFault::Contents)
 }
 
 /// Sections of a graph.
 type Sections<'a> = [&'a [u8]; BakedGraph::SECTIONS];
 
 /// The sections of a file and its attachment, once the checksum is compared.
-fn checked<'a>(bytes: &'a [u8], path: &Path) -> Result<(Sections<'a>, &'a [u8]), ArchiveError> {
-    let path = || path.to_owned();
+fn checked(bytes: &[u8]) -> Result<(Sections<'_>, &[u8]), ArchiveFault> {
     if !is_baked(bytes) {
-        return Err(ArchiveError::NotBaked { path: path() });
+        return Err(ArchiveFault::NotBaked);
     }
     let word = |at: usize| {
         bytes
@@ -191,21 +188,17 @@ fn checked<'a>(bytes: &'a [u8], path: &Path) -> Result<(Sections<'a>, &'a [u8]),
             .and_then(|word| word.try_into().ok())
             .map(u32::from_le_bytes)
     };
-    let (Some(version), Some(checksum)) = (word(8), word(12)) else {
-        return Err(ArchiveError::Checksum { path: path() });
+    let (Some(found), Some(checksum)) = (word(8), word(12)) else {
+        return Err(ArchiveFault::Checksum);
     };
-    if version != VERSION {
-        return Err(ArchiveError::Version {
-            path: path(),
-            found: version,
-            writer: writer(bytes, version),
-        });
+    if found != VERSION {
+        let writer = writer(bytes, found);
+        return Err(ArchiveFault::Version { found, writer });
     }
     if bytes.len() < HEADER || crc32fast::hash(&bytes[CHECKED..]) != checksum {
-        return Err(ArchiveError::Checksum { path: path() });
+        return Err(ArchiveFault::Checksum);
     }
-    let contents = |what: String| ArchiveError::Contents { path: path(), what };
-    sections(&bytes[HEADER..]).map_err(contents)
+    sections(&bytes[HEADER..]).map_err(ArchiveFault::Contents)
 }
 
 /// The sections that follow the header, and the attachment.
@@ -231,7 +224,8 @@ fn sections(bytes: &[u8]) -> Result<(Sections<'_>, &[u8]), String> {
 /// # Errors
 /// An error of the file system, or of the file's contents, with the path.
 pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
-    from_bytes(&read_bytes(path)?, path)
+    let read = read_bytes(path).and_then(|bytes| graph(&bytes));
+    read.map_err(ArchiveFault::of(path))
 }
 
 /// Reads the attachment of a baked file ([`write_with`]). Without one it is empty.
@@ -239,37 +233,30 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
 /// # Errors
 /// An error of the file system, or a file that is damaged, with the path.
 pub fn read_attachment(path: &Path) -> Result<Vec<u8>, ArchiveError> {
-    let bytes = read_bytes(path)?;
-    checked(&bytes, path).map(|(_, attachment)| attachment.to_vec())
+    let attachment = |bytes: Vec<u8>| Ok(checked(&bytes)?.1.to_vec());
+    let read = read_bytes(path).and_then(attachment);
+    read.map_err(ArchiveFault::of(path))
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>, ArchiveError> {
-    let io = |source| ArchiveError::Io {
-        path: path.to_owned(),
-        source,
-    };
-    let file = open_regular(path).map_err(io)?;
+fn read_bytes(path: &Path) -> Result<Vec<u8>, ArchiveFault> {
+    let file = open_regular(path)?;
     let mut bytes = Vec::new();
     // Read only the magic bytes first: another kind of file may be large or endless.
-    let mut head = (&file).take(MAGIC.len() as u64);
-    head.read_to_end(&mut bytes).map_err(io)?;
+    (&file).take(MAGIC.len() as u64).read_to_end(&mut bytes)?;
     if is_baked(&bytes) {
-        let length = file.metadata().map_err(io)?.len().min(LARGEST_FILE);
+        let length = file.metadata()?.len().min(LARGEST_FILE);
         bytes.reserve_exact(length as usize);
-        let mut rest = (&file).take(LARGEST_FILE);
-        rest.read_to_end(&mut bytes).map_err(io)?;
-        check_size(path, bytes.len() as u64)?;
+        (&file).take(LARGEST_FILE).read_to_end(&mut bytes)?;
+        check_size(bytes.len() as u64)?;
     }
     Ok(bytes)
 }
 
 /// Refuses a file larger than [`LARGEST_FILE`].
-fn check_size(path: &Path, bytes: u64) -> Result<(), ArchiveError> {
+fn check_size(bytes: u64) -> Result<(), ArchiveFault> {
     match bytes <= LARGEST_FILE {
         true => Ok(()),
-        false => Err(ArchiveError::TooLarge {
-            path: path.to_owned(),
-        }),
+        false => Err(ArchiveFault::TooLarge),
     }
 }
 
@@ -299,14 +286,12 @@ pub fn write(path: &Path, baked: &BakedGraph) -> Result<(), ArchiveError> {
 /// # Errors
 /// As [`write()`].
 pub fn write_with(path: &Path, baked: &BakedGraph, attachment: &[u8]) -> Result<(), ArchiveError> {
-    let io = |source| ArchiveError::Io {
-        path: path.to_owned(),
-        source,
+    let write = || -> Result<(), ArchiveFault> {
+        let bytes = with_attachment(baked, attachment).map_err(std::io::Error::other)?;
+        check_size(bytes.len() as u64)?;
+        Ok(write_atomically(path, |file| file.write_all(&bytes))?)
     };
-    let bytes =
-        with_attachment(baked, attachment).map_err(|error| io(std::io::Error::other(error)))?;
-    check_size(path, bytes.len() as u64)?;
-    write_atomically(path, |file| file.write_all(&bytes)).map_err(io)
+    write().map_err(ArchiveFault::of(path))
 }
 
 #[cfg(test)]
@@ -316,10 +301,10 @@ mod tests {
 
     #[test]
     fn a_file_of_more_bytes_than_are_read_is_refused() {
-        let check = |bytes: u64| check_size(Path::new("big.sabaki"), bytes);
-        assert!(check(0).is_ok() && check(LARGEST_FILE).is_ok());
-        let refused = check(LARGEST_FILE + 1).unwrap_err();
-        assert!(matches!(refused, ArchiveError::TooLarge { .. }));
-        assert_eq!(refused.to_string(), "big.sabaki: larger than 1000 MB");
+        assert!(check_size(0).is_ok() && check_size(LARGEST_FILE).is_ok());
+        let refused = check_size(LARGEST_FILE + 1).unwrap_err();
+        let error = ArchiveFault::of(Path::new("big.sabaki"))(refused);
+        assert!(matches!(error.fault, ArchiveFault::TooLarge));
+        assert_eq!(error.to_string(), "big.sabaki: larger than 1000 MB");
     }
 }
