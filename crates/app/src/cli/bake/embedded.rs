@@ -1,10 +1,9 @@
 //! The embedded motions, baked once for each build of the command.
 //!
 //! A bake of them takes seconds and gives the same bytes on every machine. What the first command has baked is kept in the
-//! user's cache folder, where later ones read it. The file's name has the checksum of the program, so another build bakes anew.
+//! user's cache folder, where later ones read it. The file has the checksum of the program beside the graph, so another build bakes anew.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 use std::{env, fs, io};
 
 use etcetera::BaseStrategy;
@@ -59,71 +58,63 @@ impl GraphArgs {
     }
 }
 
-/// Number of files that are kept, of as many builds.
-const KEPT: usize = 4;
+/// The file in the cache folder, and the checksum of the program that it is for.
+struct Cache {
+    file: PathBuf,
+    build: Vec<u8>,
+}
 
 /// The embedded motions, from the cache folder or baked now.
 fn embedded() -> Result<BakedGraph, Failure> {
-    read_or_bake(cache_file().as_deref(), || Ok(bake_embedded()?.graph))
+    read_or_bake(cache().as_ref(), || Ok(bake_embedded()?.graph))
 }
 
 /// Bakes the embedded motions anew, for later commands too.
 pub(crate) fn embedded_anew() -> Result<Baked, Failure> {
     let baked = bake_embedded()?;
-    keep(&baked.graph, cache_file().as_deref());
+    keep(&baked.graph, cache().as_ref());
     Ok(baked)
 }
 
-/// The file of this build; `None` where the system has no cache folder.
-fn cache_file() -> Option<PathBuf> {
+/// The cache of this build; `None` where the system has no cache folder.
+fn cache() -> Option<Cache> {
     let program = fs::read(env::current_exe().ok()?).ok()?;
-    let (checksum, length) = (crc32fast::hash(&program), program.len());
-    let name = format!("embedded-{checksum:08x}-{length:x}.sabaki");
+    let build = format!("{:08x}-{:x}", crc32fast::hash(&program), program.len());
     let folder = etcetera::choose_base_strategy().ok()?.cache_dir();
-    Some(folder.join("sabaki").join(name))
+    Some(Cache {
+        file: folder.join("sabaki/embedded.sabaki"),
+        build: build.into_bytes(),
+    })
 }
 
-/// Reads a file; one that is missing or damaged is made.
+/// Reads the file of this build; one that is missing, damaged or another build's is made.
 fn read_or_bake(
-    file: Option<&Path>,
+    cache: Option<&Cache>,
     bake: impl FnOnce() -> Result<BakedGraph, Failure>,
 ) -> Result<BakedGraph, Failure> {
-    if let Some(graph) = file.and_then(|file| archive::read(file).ok()) {
+    let is_own = |cache: &&Cache| {
+        archive::read_attachment(&cache.file).is_ok_and(|build| build == cache.build)
+    };
+    let own = cache.filter(is_own);
+    if let Some(graph) = own.and_then(|cache| archive::read(&cache.file).ok()) {
         return Ok(graph);
     }
     let graph = bake()?;
-    keep(&graph, file);
+    keep(&graph, cache);
     Ok(graph)
 }
 
-/// Writes a file. If that fails, later commands take the time of a bake, and nothing else changes.
-fn keep(graph: &BakedGraph, file: Option<&Path>) {
-    if let Some(file) = file
-        && let Err(error) = write(graph, file)
-    {
+/// Writes the file. If that fails, later commands take the time of a bake, and nothing else changes.
+fn keep(graph: &BakedGraph, cache: Option<&Cache>) {
+    let Some(Cache { file, build }) = cache else {
+        return;
+    };
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let written = fs::create_dir_all(folder)
+        .and_then(|()| archive::write_with(file, graph, build).map_err(io::Error::other));
+    if let Err(error) = written {
         tracing::debug!(%error, file = %file.display(), "the embedded motions are not kept");
     }
-}
-
-/// Writes a file, and removes those of the oldest builds beside it.
-fn write(graph: &BakedGraph, file: &Path) -> io::Result<()> {
-    let Some(folder) = file.parent() else {
-        return Ok(());
-    };
-    fs::create_dir_all(folder)?;
-    archive::write(file, graph).map_err(io::Error::other)?;
-    let mut files: Vec<(SystemTime, PathBuf)> = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with("embedded-") {
-            files.push((entry.metadata()?.modified()?, entry.path()));
-        }
-    }
-    files.sort_unstable_by(|a, b| b.cmp(a));
-    for (_, oldest) in files.iter().skip(KEPT) {
-        fs::remove_file(oldest)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -132,51 +123,31 @@ mod tests {
     use super::*;
     use sabaki_fixtures::small::small;
 
-    fn bytes_of(graph: &BakedGraph) -> Vec<u8> {
-        archive::to_bytes(graph).unwrap()
-    }
-
     #[test]
-    fn a_file_that_is_missing_or_damaged_is_made_and_a_sound_one_is_read() {
+    fn a_file_that_is_missing_damaged_or_of_another_build_is_made_and_a_sound_one_is_read() {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("cache/sabaki/embedded-0.sabaki");
-        let expected = bytes_of(small());
-        for before in [None, Some(&expected[..expected.len() / 2]), Some(b"")] {
-            if let Some(damaged) = before {
-                fs::write(&file, damaged).unwrap();
-            }
+        let (file, build) = (folder.path().join("cache/sabaki/e.sabaki"), b"1".to_vec());
+        let cache = Cache { file, build };
+        let file = &cache.file;
+        let expected = archive::to_bytes(small()).unwrap();
+        let others: [&dyn Fn(); 4] = [
+            &|| {},
+            &|| fs::write(file, &expected[..expected.len() / 2]).unwrap(),
+            &|| fs::write(file, b"").unwrap(),
+            &|| archive::write_with(file, small(), b"2").unwrap(),
+        ];
+        for before in others {
+            before();
             let mut bakes = 0;
             for _ in 0..3 {
-                let graph = read_or_bake(Some(&file), || {
+                let graph = read_or_bake(Some(&cache), || {
                     bakes += 1;
                     Ok(small().clone())
                 });
-                assert_eq!(bytes_of(&graph.unwrap()), expected);
-                assert_eq!(fs::read(&file).unwrap(), expected);
+                assert_eq!(archive::to_bytes(&graph.unwrap()).unwrap(), expected);
+                assert_eq!(archive::read_attachment(file).unwrap(), b"1");
             }
             assert_eq!(bakes, 1);
         }
-    }
-
-    #[test]
-    fn the_oldest_files_and_no_others_are_removed() {
-        let folder = tempfile::tempdir().unwrap();
-        let named = |name: String| folder.path().join(name);
-        let old = |age: u64| SystemTime::now() - std::time::Duration::from_secs(3600 * age);
-        for age in 1..=6 {
-            let file = fs::File::create(named(format!("embedded-{age}.sabaki"))).unwrap();
-            file.set_modified(old(age)).unwrap();
-        }
-        let other = fs::File::create(named("mine.sabaki".to_owned())).unwrap();
-        other.set_modified(old(100)).unwrap();
-        write(small(), &named("embedded-9.sabaki".to_owned())).unwrap();
-        let mut left: Vec<String> = fs::read_dir(folder.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        left.sort_unstable();
-        let embedded = ["1", "2", "3", "9"].map(|age| format!("embedded-{age}.sabaki"));
-        assert_eq!(left[..4], embedded);
-        assert_eq!(left[4..], ["mine.sabaki"]);
     }
 }
