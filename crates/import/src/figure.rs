@@ -410,7 +410,8 @@ impl ClipSet {
     }
 }
 
-/// Gives the hands and feet sides if the names do not: those that the poses of the clips show. The figure faces where its toes point.
+/// Gives the hands and feet sides if the names do not: those that the poses of the clips show. The figure faces where its knees bend
+/// and its toes point.
 /// Returns by what the sides are told, in words.
 pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static str {
     const BY_NAMES: &str = "by names";
@@ -425,21 +426,21 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static 
     if is_named(hands) && is_named(feet) {
         return BY_NAMES;
     }
-    let toes = feet.map(|foot| {
-        let ends = skeleton.children(foot);
-        let length = |id: &JointId| skeleton.joint(*id).offset.length();
-        ends.max_by(|a, b| length(a).total_cmp(&length(b)))
-    });
     let top = |end: JointId, other: JointId| {
         let own = |&joint: &JointId| !skeleton.ancestry(other).any(|above| above == joint);
         skeleton.ancestry(end).take_while(own).last().unwrap_or(end)
     };
     let tops = [hands, feet].map(|[a, b]| [top(a, b), top(b, a)]);
+    let legs = Leg::all(skeleton);
     let mut leftness = [0f32; 2];
     for_some_frames(skeleton, clips, FRAMES, |_, joints| {
         let place = |id: JointId| joints[id.index()].translation;
-        let of_feet = feet.iter().zip(toes);
-        let ahead = of_feet.filter_map(|(&foot, toe)| Some(place(toe?) - place(foot)));
+        let ahead = legs.iter().map(|leg| {
+            let [hip, knee, foot, toe] =
+                [leg.hip, leg.knee, leg.foot, leg.toe_or_foot()].map(place);
+            let thigh = knee - hip;
+            toe - foot + thigh - thigh.project_onto(foot - hip)
+        });
         let ahead: Vec3 = ahead.sum();
         let left = Vec3::Y.cross(ahead.with_y(0.0).normalize_or_zero());
         for (sum, [a, b]) in leftness.iter_mut().zip(tops) {

@@ -335,6 +335,16 @@ fn limbs_and_sides_are_found_without_names() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
+fn people_of_gltf_face_where_they_walk() {
+    let path = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("gltf/CesiumMan.glb");
+    let set = read(&path);
+    let ends = set.skeleton.ends().unwrap();
+    let sides = ends.map(|end| set.skeleton.joint(end).name.contains("_L_"));
+    assert_eq!(sides, [true, false, true, false], "{}", set.figure);
+}
+
+#[test]
 fn a_file_of_joints_overrides_what_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let (text, names) = nameless("reference_root.bvh");
@@ -435,6 +445,32 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
     set.events.clear();
     let (_, report) = built(&set, &limited).unwrap();
     assert_eq!(report.dropped.clips, ["short.bvh"]);
+}
+
+#[test]
+#[ignore = "needs SABAKI_MOCAP"]
+fn no_clip_of_captures_is_lost() {
+    let folder = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("fight");
+    let sets: [(&[&str], _); 2] = [
+        // The walk alone has transitions, but the stand is a loop that lasts longer.
+        (&["A1_Stand", "B3_Walk"], 2),
+        // Only the end of the first clip is near the others.
+        (&["D2_WalkToReady", "D16_SwitchStanceMore", "E8_Bounce"], 1),
+    ];
+    for (names, joined) in sets {
+        let paths = names
+            .iter()
+            .map(|name| folder.join(format!("Male2_{name}.bvh")));
+        let paths: Vec<PathBuf> = paths.collect();
+        let set = read_clips(&paths, None, &ReadOptions::default()).unwrap();
+        let (graph, report) = built(&set, &GraphSettings::default()).unwrap();
+        graph.validate().unwrap();
+        assert_eq!(report.joined.len(), joined, "{:?}", report.joined);
+        let most = report.dropped.parts.iter();
+        let most = most.map(|part| part.start + part.end).fold(0.0, f64::max);
+        assert_eq!(report.dropped.clips, Vec::<String>::new());
+        assert!(most < 1.2, "{:?}", report.dropped);
+    }
 }
 
 #[test]

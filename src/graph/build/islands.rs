@@ -5,10 +5,10 @@
 //! other motion), so that a blend into it or out of it needs none of its own frames. Then each clip gets its closest links from and to the graph.
 //!
 //! ```text
-//! islands = clips without a moment in the largest component, loops of which much is not in it, clips of events that are not
+//! islands = clips of which most is not in the largest component, loops of which much is not in it, clips of events that are not
 //! pad the islands with frames before and after
 //! join the last frame of each loop to its first
-//! component = the largest one, or the island whose end is closest to its own start
+//! component = the largest one, or the island whose end is closest to its own start; what it drops is an island, too
 //! for each island outside: the closest links from the component to its start, and from its end to the component
 //! ```
 
@@ -56,7 +56,7 @@ pub(crate) struct Island {
     frames: usize,
 }
 
-/// The clips that the largest component drops, as far as they have motion.
+/// The clips that the largest component drops, or most of them, as far as they have motion.
 pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<Island> {
     if input.settings.farthest_join == Some(0.0) {
         return Vec::new();
@@ -73,21 +73,42 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
             event.first < event.last && ends.iter().any(|&end| !core[end as usize])
         })
     };
-    let island = |clip: usize| {
-        let frames = input.clouds[clip].frames();
-        let kept = moments.of_clip(clip).filter(|&moment| core[moment]).count();
-        let is_loop = is_loop(&input.clouds[clip]);
-        // Blends take a window at each end of any clip, which is little of a long one.
-        let (lost, window) = (frames - kept, input.settings.frames(input.settings.window));
-        let loses_much = 5 * lost > 2 * frames || 4 * lost > frames && lost > 2 * window + 2;
-        let is_lost = kept == 0 || is_loop && loses_much || lost_event(clip);
-        (frames > 2 && is_lost).then_some(Island {
-            clip,
-            is_loop,
-            frames,
-        })
+    let islands = (0..input.clouds.len()).map(|clip| Island {
+        clip,
+        is_loop: is_loop(&input.clouds[clip]),
+        frames: input.clouds[clip].frames(),
+    });
+    let islands = islands.filter(|island| island.frames > 2);
+    let lost = |island: &Island, core: &[bool]| {
+        let moments = moments.of_clip(island.clip);
+        moments.filter(|&moment| !core[moment]).count()
     };
-    (0..input.clouds.len()).filter_map(island).collect()
+    let loses_most = |island: &Island, core: &[bool]| 4 * lost(island, core) > 3 * island.frames;
+    let is_lost = |island: &Island| {
+        // Blends take a window at each end of any clip, which is little of a long one.
+        let (frames, lost) = (island.frames, lost(island, &core));
+        let window = input.settings.frames(input.settings.window);
+        let loses_much = 5 * lost > 2 * frames || 4 * lost > frames && lost > 2 * window + 2;
+        loses_most(island, &core) || island.is_loop && loses_much || lost_event(island.clip)
+    };
+    let (mut found, mut others): (Vec<Island>, Vec<Island>) = islands.partition(is_lost);
+    let mut jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
+    let mut closed = 0;
+    // With closed loops, another component may be the largest.
+    while closed < found.len() {
+        let loops = found[closed..].iter().filter(|island| island.is_loop);
+        jumps.extend(loops.map(|island| Jump {
+            from: moments.at(island.clip, island.frames - 2),
+            to: moments.at(island.clip, 0),
+            frames: 1,
+        }));
+        closed = found.len();
+        let core = moments.component(&jumps);
+        let core = core.unwrap_or_else(|| vec![false; moments.len()]);
+        found.extend(others.extract_if(.., |island| loses_most(island, &core)));
+    }
+    found.sort_by_key(|island| island.clip);
+    found
 }
 
 /// Joins islands to the graph, and returns those that are joined and those whose links are too far. Frames of transitions and events of these clips are moved by the frames that are added before.
