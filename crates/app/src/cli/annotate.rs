@@ -14,7 +14,7 @@ use super::{Done, Failure, cancel};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// BVH, AMC or glTF files, or folders of them. Their skeletons may differ.
+    /// BVH, AMC, glTF or FBX files, or folders of them. Their skeletons may differ.
     #[arg(long, num_args = 1.., value_name = "PATH", required = true)]
     clips: Vec<PathBuf>,
     /// Events file that is written, for `bake --events`. Default: the events are printed alone.

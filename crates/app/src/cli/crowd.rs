@@ -21,7 +21,7 @@ use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// BVH or glTF file, or a folder of them for one skeleton. Default: the embedded motions.
+    /// BVH, AMC, glTF or FBX file, or a folder of them for one skeleton. Default: the embedded motions.
     #[arg(value_name = "CLIP")]
     clip: Option<PathBuf>,
     /// Number of characters.

@@ -22,7 +22,7 @@ use super::{Done, Failure, cancel, output};
 
 #[derive(Clone, clap::Args)]
 pub(crate) struct Args {
-    /// BVH, AMC or glTF files of one skeleton, or folders of them. Default: the embedded motions.
+    /// BVH, AMC, glTF or FBX files of one skeleton, or folders of them. Default: the embedded motions.
     #[arg(value_name = "CLIP")]
     clips: Vec<PathBuf>,
     #[command(flatten)]

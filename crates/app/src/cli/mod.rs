@@ -83,7 +83,7 @@ enum Command {
     /// Opens a window with a scene.
     #[cfg(feature = "window")]
     View(view::Args),
-    /// Describes a file: BVH or glTF, baked graph, events or attacks.
+    /// Describes a file: motion (BVH, AMC, glTF, FBX), baked graph, events or attacks.
     Inspect(inspect::Args),
     /// Reports the machine's Vulkan devices and the culling paths that they support.
     Doctor(doctor::Args),

@@ -98,7 +98,7 @@ impl ClipArgs {
     /// What can be refused before the clips are read.
     pub(super) fn check(&self) -> Result<(), Failure> {
         if self.clips().next().is_none() {
-            let what = "name the clips to bake: BVH, AMC or glTF files, or folders of them";
+            let what = "name the clips to bake: BVH, AMC, glTF or FBX files, or folders of them";
             return Err(Failure::Usage(what.to_owned()));
         }
         self.figure.check()
@@ -171,7 +171,7 @@ pub(crate) fn check_is_motion(path: &Path) -> Result<(), Failure> {
         false => return Ok(()),
     };
     Err(Failure::Usage(format!(
-        "{}: this is {what}, and not a motion file (BVH, AMC or glTF)",
+        "{}: this is {what}, and not a motion file (BVH, AMC, glTF, FBX)",
         path.display()
     )))
 }
