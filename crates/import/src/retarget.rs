@@ -15,7 +15,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{DMat3, Quat, Vec3};
 use sabaki::anim::{
     Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
 };
@@ -23,6 +23,7 @@ use sabaki::anim::{
 use crate::LoadedClip;
 use crate::error::FileError;
 use crate::figure::desc_of_poses;
+use crate::rotation::{nearest_rotation, outer};
 
 /// Least share of the moving joints that must be found by name.
 const LEAST_FOUND: f32 = 0.75;
@@ -288,27 +289,15 @@ fn rest_bone(skeleton: &Skeleton, above: JointId, below: JointId) -> Option<Vec3
     Some(chain(skeleton, above, below)?.sum())
 }
 
-/// The rotation that turns the first direction of each pair to the second, by least squares; `None` without a pair.
-///
-/// Source: Müller, Bender, Chentanez & Macklin, "A Robust Method to Extract the Rotational Part of Deformations" (2016). It starts
-/// from the smallest rotation of the first pair, so that a single one gives no twist.
+/// The rotation that turns the first direction of each pair to the second, by least squares; `None` without a pair. A single pair gives no
+/// twist.
 fn alignment(pairs: &[[Vec3; 2]]) -> Option<Quat> {
-    /// Maximum number of steps, and the angle below which they end, in radians.
-    const STEPS: (usize, f32) = (5000, 1e-7);
-    let sum = |column: usize| -> Vec3 { pairs.iter().map(|[from, to]| *to * from[column]).sum() };
-    let wanted = [0, 1, 2].map(sum);
-    let [from, to] = *pairs.first()?;
-    let mut rotation = Quat::from_rotation_arc(from, to);
-    for _ in 0..STEPS.0 {
-        let columns = Mat3::from_quat(rotation).to_cols_array_2d().map(Vec3::from);
-        let columns = || columns.iter().zip(&wanted);
-        let torque: Vec3 = columns().map(|(own, wanted)| own.cross(*wanted)).sum();
-        let fit: f32 = columns().map(|(own, wanted)| own.dot(*wanted)).sum();
-        let turn = torque / (fit.abs() + 1e-6);
-        if turn.length() < STEPS.1 {
-            break;
-        }
-        rotation = (Quat::from_scaled_axis(turn) * rotation).normalize();
-    }
-    Some(rotation)
+    /// Weight of the smallest rotation of the first pair, beside those of the pairs.
+    const PRIOR: f64 = 1e-6;
+    let &[from, to] = pairs.first()?;
+    let smallest = DMat3::from_quat(Quat::from_rotation_arc(from, to).as_dquat());
+    let products = pairs.iter().map(|pair| pair.map(Vec3::as_dvec3));
+    let products = products.map(|[from, to]| outer(from, to));
+    let sums = products.fold(smallest.transpose() * PRIOR, |sum, product| sum + product);
+    Some(nearest_rotation(sums).as_quat())
 }
