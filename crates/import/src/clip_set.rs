@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, shortened};
-use crate::figure::{describe, settle_bones, settle_sides, stand_on_ground};
+use crate::figure::{describe, settle_bones, settle_places, settle_sides};
 use crate::file::clip_name;
 use crate::motion_file::{MotionFile, check_options, doubtful_stature, is_motion_file, turned};
 use crate::units::Stance;
@@ -35,7 +35,7 @@ pub struct ClipSet {
     pub left_out: Vec<String>,
 }
 
-/// Reads clips and their events, on all CPU cores. A path is a BVH, AMC or glTF file, or a folder
+/// Reads clips and their events, on all CPU cores. A path is a BVH, AMC, glTF or FBX file, or a folder
 /// with `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files. All animations of a glTF file are read.
 ///
 /// The events of a clip come from the events file. If that does not name the clip, they come from
@@ -133,7 +133,7 @@ pub fn read_clips(
     let sides = settle_sides(&mut set.skeleton, &set.clips);
     set.figure = describe(&set.skeleton, sides);
     let stood =
-        stand_on_ground(&set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
+        settle_places(&set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
     set.warnings.extend(stood);
     for index in 0..set.clips.len() {
         let name = set.clips[index].name().to_owned();

@@ -17,6 +17,7 @@ use sabaki::anim::{
 use sabaki::math::Rigid2;
 use serde::Deserialize;
 
+use crate::error::shortened;
 use crate::file::{parse_json, read_bytes};
 use crate::{ClipSet, FileError, MOST_ENTRIES, ReadError};
 
@@ -284,36 +285,41 @@ pub(crate) fn mapped(
     Ok((skeleton, clip))
 }
 
-/// Number of frames at a clip's start in which the figure stands still with straight arms held apart (T-pose, A-pose), before it moves.
-fn rest_frames(skeleton: &Skeleton, clip: &Clip) -> usize {
+/// The frames between those at a clip's start and at its end in which the figure stands still with straight arms held apart (T-pose, A-pose).
+fn without_rest(skeleton: &Skeleton, clip: &Clip) -> Range<usize> {
     /// Least reach of a straight arm, as a share of its length; largest cosine of the angle between the arms; and largest distance of a
     /// joint from its place in the first frame, in metres.
     const STRAIGHT: f32 = 0.97;
     const APART: f32 = 0.2;
     const STILL: f32 = 0.02;
+    let frames = clip.frames();
     let Ok(arms) = <[Leg; 2]>::try_from(Leg::arms(skeleton)) else {
-        return 0;
+        return 0..frames;
     };
-    let (mut pose, mut joints, mut first) = (Pose::default(), Vec::new(), Vec::new());
-    for frame in 0..clip.frames() {
-        clip.pose(frame, &mut pose);
-        forward_kinematics(skeleton, &pose, &mut joints);
-        let place = |id: JointId| joints[id.index()].translation;
-        let reach = arms.map(|arm| (place(arm.foot) - place(arm.hip)) / arm.length(skeleton));
-        let directions = reach.map(Vec3::normalize_or_zero);
-        let is_rest = reach.iter().all(|reach| reach.length() >= STRAIGHT)
-            && directions[0].dot(directions[1]) <= APART;
-        if frame == 0 {
-            first.clone_from(&joints);
-        }
-        let pairs = first.iter().zip(&joints);
-        let moved = pairs.map(|(a, b)| a.translation.distance(b.translation));
-        if !is_rest || moved.fold(0.0, f32::max) > STILL {
-            return frame;
-        }
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let mut count = |order: &mut dyn Iterator<Item = usize>| {
+        let mut first: Option<Vec<JointTransform>> = None;
+        let is_rest = |&frame: &usize| {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let place = |id: JointId| joints[id.index()].translation;
+            let reach = arms.map(|arm| (place(arm.foot) - place(arm.hip)) / arm.length(skeleton));
+            let directions = reach.map(Vec3::normalize_or_zero);
+            let first = first.get_or_insert_with(|| joints.clone());
+            let pairs = first.iter().zip(&joints);
+            let moved = pairs.map(|(a, b)| a.translation.distance(b.translation));
+            reach.iter().all(|reach| reach.length() >= STRAIGHT)
+                && directions[0].dot(directions[1]) <= APART
+                && moved.fold(0.0, f32::max) <= STILL
+        };
+        order.take_while(is_rest).count()
+    };
+    let first = count(&mut (0..frames));
+    match first < frames {
+        true => first..frames - count(&mut (first..frames).rev()),
+        // A clip of rest alone is what somebody wants.
+        false => 0..frames,
     }
-    // A clip of rest alone is what somebody wants.
-    0
 }
 
 /// The longest run of frames in which the legs have about the length that the skeleton has. In others the figure is scaled to nothing, as where
@@ -349,7 +355,7 @@ fn whole_frames(skeleton: &Skeleton, clip: &Clip) -> Range<usize> {
 }
 
 impl ClipSet {
-    /// Leaves out frames of rest at the clips' starts, and frames in which the figure is scaled to nothing, and names them. Events keep their
+    /// Leaves out frames of rest at the clips' starts and ends, and frames in which the figure is scaled to nothing, and names them. Events keep their
     /// frames.
     pub(crate) fn leave_out_rest(&mut self) -> Result<(), ClipError> {
         for index in 0..self.clips.len() {
@@ -362,7 +368,7 @@ impl ClipSet {
                 }
             }
             let clip = &self.clips[index];
-            let kept = rest_frames(&self.skeleton, clip)..clip.frames();
+            let kept = without_rest(&self.skeleton, clip);
             self.keep_frames(index, kept, "are a pose of rest with the arms held apart")?;
         }
         Ok(())
@@ -583,15 +589,15 @@ impl ClipSet {
     }
 }
 
-/// Puts height 0 where the feet stand, if it is far from there: some programs write figures whose root stays at the origin. Returns a note on
-/// that.
+/// Puts height 0 where the feet stand, if it is far from there: some programs write figures whose root stays at the origin. Puts clips that
+/// begin far from the origin, where single precision is coarse, at the origin. Returns notes on that.
 ///
 /// # Errors
 /// A root is too far away.
-pub(crate) fn stand_on_ground(
+pub(crate) fn settle_places(
     skeleton: &Skeleton,
     clips: &mut [Clip],
-) -> Result<Option<String>, ClipError> {
+) -> Result<Vec<String>, ClipError> {
     /// Number of frames of all clips, share of them in which a foot may be lower than where it stands, and the height, as a share of a leg, up
     /// to which the ground is where the clips have it.
     const FRAMES: usize = 512;
@@ -599,6 +605,8 @@ pub(crate) fn stand_on_ground(
     const OFF: f32 = 0.25;
     /// Least height of the root over the lower foot of a figure that stands, as a share of a leg.
     const STANDS: f32 = 0.6;
+    /// Distance from the origin, along the ground, up to which clips may begin, in metres.
+    const FAR: f32 = 50.0;
     let legs = Leg::all(skeleton);
     let longest = legs.iter().map(|leg| leg.length(skeleton));
     let longest = longest.fold(0.0, f32::max);
@@ -610,21 +618,36 @@ pub(crate) fn stand_on_ground(
         lowest.extend(lower.filter(stands));
     });
     lowest.sort_by(f32::total_cmp);
-    let ground = lowest.get((LOWER * lowest.len() as f32) as usize);
-    let Some(&ground) = ground.filter(|ground| ground.abs() > OFF * longest) else {
-        return Ok(None);
-    };
+    let ground = lowest.get((LOWER * lowest.len() as f32) as usize).copied();
+    let ground = ground.filter(|ground| ground.abs() > OFF * longest);
+    let (mut notes, mut far) = (Vec::new(), Vec::new());
+    if let Some(ground) = ground {
+        notes.push(format!(
+            "the feet stand at a height of {ground:.2} m, which is taken for the ground"
+        ));
+    }
     for clip in clips {
+        let start = clip.root(0).with_y(0.0);
+        let is_far = start.length() > FAR;
+        if is_far {
+            far.push(clip.name().to_owned());
+        }
+        if !is_far && ground.is_none() {
+            continue;
+        }
+        let away = if is_far { start } else { Vec3::ZERO }.with_y(ground.unwrap_or(0.0));
         let mut desc = clip.desc();
         let of_joints = desc.translations.iter_mut().step_by(skeleton.len());
         for place in desc.roots.iter_mut().chain(of_joints) {
-            place.y -= ground;
+            *place -= away;
         }
         *clip = Clip::new(skeleton, desc)?;
     }
-    Ok(Some(format!(
-        "the feet stand at a height of {ground:.2} m, which is taken for the ground"
-    )))
+    if !far.is_empty() {
+        let far = shortened(&far);
+        notes.push(format!("clips begin more than {FAR} m from the origin, where positions are coarse, and are put there: {far}"));
+    }
+    Ok(notes)
 }
 
 /// Whether a joint below the root moves relative to its parent by more than rounding errors.

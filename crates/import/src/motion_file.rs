@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::asf::{AmcFile, AsfFile};
 use crate::bvh::BvhFile;
 use crate::error::shortened;
-use crate::figure::{Rooted, for_some_frames, mapped, settle_bones, settle_sides, stand_on_ground};
+use crate::figure::{Rooted, for_some_frames, mapped, settle_bones, settle_places, settle_sides};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
@@ -103,7 +103,7 @@ pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip
         let clip = std::slice::from_mut(&mut motion.clip);
         settle_bones(&mut motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         settle_sides(&mut motion.skeleton, clip);
-        let stood = stand_on_ground(&motion.skeleton, clip).map_err(ReadError::in_file(path))?;
+        let stood = settle_places(&motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         motion.notes.extend(stood);
         motion
             .notes

@@ -163,6 +163,33 @@ fn figures_stand_on_the_ground() {
 }
 
 #[test]
+fn clips_far_from_the_origin_are_put_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let (plain, _) = walking();
+    let first = plain.clips[0].root(0).with_y(0.0);
+    let text = with_frames(|frames| {
+        let moved = frames.into_iter().map(|row| {
+            let mut values = numbers(row);
+            (values[0], values[2]) = (values[0] + 50_000.0, values[2] - 30_000.0);
+            line(&values)
+        });
+        moved.collect()
+    });
+    let far = read(&written(folder.path(), "far.bvh", text));
+    let said = &far.warnings[0];
+    assert!(
+        said.contains("50 m from the origin") && said.contains("far.bvh"),
+        "{said}"
+    );
+    for frame in 0..plain.clips[0].frames() {
+        let away = far.clips[0]
+            .root(frame)
+            .distance(plain.clips[0].root(frame) - first);
+        assert!(away < 2e-4, "{frame}: {away}");
+    }
+}
+
+#[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn a_root_above_the_hips_of_captures_changes_nothing() {
     let folder = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("fight");
@@ -480,7 +507,8 @@ fn frames_of_rest_are_left_out_and_named() {
         let values = frames[0].split_whitespace().count();
         let rest = format!("0 92 0{}", " 0".repeat(values - 3));
         let own = frames.into_iter().map(str::to_owned);
-        [rest.clone(), rest].into_iter().chain(own).collect()
+        let rest = |frames| std::iter::repeat_n(rest.clone(), frames);
+        rest(2).chain(own).chain(rest(3)).collect()
     });
     let path = written(folder.path(), "rest.bvh", text);
     let text = r#"{"clips": [{"file": "rest.bvh", "events": [{"kind": "evasion", "start": 1.0, "end": 2.0}]}]}"#;
@@ -488,7 +516,7 @@ fn frames_of_rest_are_left_out_and_named() {
     let set = read_clips(&[path], Some(&events), &ReadOptions::default()).unwrap();
     assert_eq!(set.warnings.len(), 1, "{:?}", set.warnings);
     let said = &set.warnings[0];
-    assert!(said.contains("the first 2 frames"), "{said}");
+    assert!(said.contains("the first 2 and the last 3 frames"), "{said}");
     assert!(apart(&walking().0, &set) < 1e-6);
     assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
 }
