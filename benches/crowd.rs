@@ -1,4 +1,5 @@
-//! Posing crowds, in nanoseconds per joint and character: `cargo bench --bench crowd`.
+//! Posing crowds, in nanoseconds per joint and character: `cargo bench --bench crowd`. `sabaki crowd` measures instruction sets, levels of
+//! detail and threads.
 //!
 //! The clip is `SABAKI_MOCAP`'s walk where it is set (`walk/Male2_B3_Walk.bvh` of that folder), else an embedded motion.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -18,7 +19,7 @@ use plain::PlainMemory;
 use sabaki::crowd::{
     CrowdSettings, Frame, Layout, LevelId, MemberId, Output, PoseSlice, WriteMode,
 };
-use sabaki::math::{F32x16, Isa};
+use sabaki::math::F32x16;
 use scene::Scene;
 
 const COUNT: usize = 10_000;
@@ -29,8 +30,8 @@ fn main() -> ExitCode {
 }
 
 fn measure(report: &mut Report) {
-    by_instruction_set(report);
-    report.table_in(UNIT, "10,000 characters of 24 joints", &["now"]);
+    beside_the_plain_way(report);
+    report.table_in(UNIT, "10,000 characters", &["now"]);
     let default = CrowdSettings::default;
     for (name, layout, write) in [
         ("rows, cached", Layout::Instances, WriteMode::Cached),
@@ -59,25 +60,6 @@ fn measure(report: &mut Report) {
     }
     let busy = || Scene::busy(COUNT);
     frames(report, "eight clips, placed and faded", busy, default());
-    for joints in [24, 12, 6] {
-        let scene = || Scene::one_clip(COUNT).with_joints(joints);
-        frames(
-            report,
-            &format!("level of {joints:2} joints"),
-            scene,
-            default(),
-        );
-    }
-    let column = || Scene::one_clip(COUNT).in_a_column();
-    frames(report, "column, levels by distance", column, default());
-    for threads in [1, 2] {
-        let settings = CrowdSettings {
-            threads,
-            ..default()
-        };
-        let scene = || Scene::one_clip(COUNT);
-        frames(report, &format!("threads: {threads}"), scene, settings);
-    }
     for speed in [0.0, 1.5, 5.0] {
         whole_frame(report, speed);
     }
@@ -105,30 +87,20 @@ fn output(layout: Layout, write: WriteMode) -> CrowdSettings {
     }
 }
 
-/// The plain way, as the program was built (with `RUSTFLAGS='-C target-cpu=x86-64-v3'` for the registers that it should have), and each
-/// instruction set of the machine.
-fn by_instruction_set(report: &mut Report) {
-    let sets: Vec<Isa> = Isa::available().collect();
-    let names: Vec<String> = sets.iter().map(|isa| format!("{isa:?}")).collect();
-    let columns: Vec<&str> = std::iter::once("plain")
-        .chain(names.iter().map(String::as_str))
-        .collect();
-    report.table_in(UNIT, "by instruction set", &columns);
+/// The plain way, as the program was built: with `RUSTFLAGS='-C target-cpu=x86-64-v3'` for the registers that it should have.
+fn beside_the_plain_way(report: &mut Report) {
+    report.table_in(UNIT, "on one thread", &["plain", "crowd"]);
     let scene = Scene::one_clip(COUNT);
     let (clip, characters) = scene.plain();
     let mut memory = PlainMemory {
         out: vec![glam::Affine3A::IDENTITY; scene.joints()],
         ..PlainMemory::default()
     };
-    let settings = |&isa: &Isa| CrowdSettings {
-        isa,
-        ..CrowdSettings::default()
-    };
-    let mut crowds: Vec<_> = sets.iter().map(|isa| scene.crowd(settings(isa))).collect();
-    let mut out = scene.memory(&mut crowds[0]);
+    let mut crowd = scene.crowd(CrowdSettings::default());
+    let mut out = scene.memory(&mut crowd);
     let mut now = 0.0;
     report.row_in("10,000 characters", per(scene.joints()), |column| {
-        if let Some(crowd) = column.checked_sub(1).map(|at| &mut crowds[at]) {
+        if column > 0 {
             crowd.advance(1.0 / 60.0);
             crowd.pose(&mut out).unwrap();
         } else {

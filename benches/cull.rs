@@ -10,15 +10,15 @@ mod cullers;
 
 use std::process::ExitCode;
 
+use common::bake_on;
 use common::report::Report;
-use common::{bake_on, throws};
 use cullers::{COLUMNS, Cullers, DeviceClock};
 use sabaki::gpu::CullerDesc;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{Counted, CullCandidate, CullInput};
 use sabaki::query::{Query, QueryContext, QuerySettings, Session};
 use sabaki_fixtures::headless::{DeviceKind, Headless, HeadlessDesc, devices};
-use sabaki_fixtures::throw::Throw;
+use sabaki_fixtures::throw::{Throw, throws};
 
 /// Numbers of candidates. A device that is the CPU itself leaves out the last one.
 const SIZES: [usize; 5] = [5, 100, 1000, 10_000, 100_000];
@@ -134,7 +134,7 @@ fn of_queries(
     let mut cullers = Cullers::new(device, Counted::FOR_A_CHOICE, |path| {
         CullerDesc::new(path, baked.atlas()).for_settings(&settings, most as u32)
     });
-    let throws = throws(baked, 2 * most as u64);
+    let throws: Vec<Throw> = throws(baked, 5, 2 * most as u64).collect();
     let mut contexts: Vec<QueryContext> = throws.iter().map(|_| QueryContext::default()).collect();
     let pairs = throws.iter().zip(&mut contexts);
     let sessions = pairs.map(|(throw, context)| query.start(throw.request(), context));
@@ -159,7 +159,7 @@ fn with_candidates(
     run: impl FnOnce(&CullInput<'_>),
 ) {
     let settings = QuerySettings::default();
-    let throws = throws(baked, 40);
+    let throws: Vec<Throw> = throws(baked, 5, 40).collect();
     let query = Query::new(baked, &settings);
     let mut context = QueryContext::default();
     let mut candidates_of = |throw: &Throw| {

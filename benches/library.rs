@@ -23,7 +23,7 @@ use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::memory::status;
 use sabaki_fixtures::spans::Spans;
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 use sabaki_import::ClipSet;
 
 /// Standard deviation of the joints' turns, in degrees.
@@ -240,8 +240,7 @@ fn print_stages(spans: &Spans) {
 }
 
 fn queries(baked: &BakedGraph) {
-    let throws = (0..QUERIES).map(|index| throw(baked, &ThrowSettings::default(), 5, index));
-    let throws: Vec<_> = throws.map(Result::unwrap).collect();
+    let throws: Vec<_> = throws(baked, 5, QUERIES).collect();
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());

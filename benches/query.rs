@@ -7,14 +7,14 @@ mod common;
 
 use std::process::ExitCode;
 
+use common::bake_on;
 use common::report::Report;
-use common::{bake_on, throws};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{Counted, cpu};
 use sabaki::query::{
     Answer, Attack, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
-use sabaki_fixtures::throw::{Aim, Throw, aimed};
+use sabaki_fixtures::throw::{Aim, Throw, aimed, throws};
 
 const ATTACKS: u64 = 50;
 
@@ -34,7 +34,7 @@ fn main() -> ExitCode {
 
 fn measure(report: &mut Report) {
     let baked = bake_on(MapGrid::default());
-    let random = throws(&baked, ATTACKS);
+    let random: Vec<Throw> = throws(&baked, 5, ATTACKS).collect();
     for (name, evaluation) in [
         ("lazily", Evaluation::Lazy),
         ("of all that is kept", Evaluation::Kept),

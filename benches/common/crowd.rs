@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki::anim::{Clip, ClipDesc, Skeleton};
 use sabaki::crowd::{
     AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId, Placement,
 };
@@ -33,7 +33,8 @@ impl Scene {
 
     /// Eight clips (the walk, begun later and later), a place for each, a second clip for every tenth.
     pub(crate) fn busy(count: usize) -> Self {
-        let clips = (0..8).map(|index| later(&walk().1, 20 * index));
+        let walk = walk().1;
+        let clips = (0..8).map(|index| cut(&walk, 20 * index..walk.frames()));
         let mut scene = Self::of(clips.collect(), count);
         let mut random = Random::new(2);
         for (index, character) in scene.characters.iter_mut().enumerate() {
@@ -106,16 +107,6 @@ impl Scene {
         }
     }
 
-    /// The same with so many joints, for all.
-    pub(crate) fn with_joints(mut self, joints: usize) -> Self {
-        let of = |level: &LevelId| self.animations.joints(*level) == joints;
-        let level = (0..self.animations.levels() as u16).map(LevelId).find(of);
-        for character in &mut self.characters {
-            character.level = level.unwrap();
-        }
-        self
-    }
-
     /// The same on all levels, as many on each.
     pub(crate) fn mixed(mut self) -> Self {
         let levels = self.animations.levels();
@@ -183,8 +174,7 @@ impl Scene {
     }
 }
 
-/// A walk of 24 joints: the captured one without three of its end sites, or the embedded skeleton's
-/// first motion.
+/// A walk: the captured one, or the embedded skeleton's first motion.
 pub(crate) fn walk() -> (Skeleton, Clip) {
     let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
         let motions = demo::motions().unwrap();
@@ -192,44 +182,7 @@ pub(crate) fn walk() -> (Skeleton, Clip) {
     };
     let path = PathBuf::from(folder).join("walk/Male2_B3_Walk.bvh");
     let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
-    let ends = loaded
-        .skeleton
-        .ids()
-        .filter(|&id| loaded.skeleton.joint(id).kind == JointKind::EndSite);
-    let dropped: Vec<usize> = ends
-        .map(JointId::index)
-        .take(loaded.skeleton.len() - 24)
-        .collect();
-    without(&loaded.skeleton, &loaded.clip, &dropped)
-}
-
-/// The same without joints that have no children.
-fn without(skeleton: &Skeleton, clip: &Clip, dropped: &[usize]) -> (Skeleton, Clip) {
-    let kept: Vec<usize> = (0..skeleton.len())
-        .filter(|id| !dropped.contains(id))
-        .collect();
-    let new = |id: JointId| kept.iter().position(|&kept| kept == id.index()).unwrap();
-    let joints = kept.iter().map(|&id| {
-        let joint = skeleton.joints()[id].clone();
-        let parent = joint.parent.map(|parent| JointId(new(parent) as u16));
-        Joint { parent, ..joint }
-    });
-    let smaller = Skeleton::new(joints.collect()).unwrap();
-    let desc = clip.desc();
-    let frames = desc.rotations.chunks_exact(skeleton.len());
-    let rotations = frames.flat_map(|frame| kept.iter().map(|&id| frame[id]));
-    let clip = ClipDesc {
-        rotations: rotations.collect(),
-        translations: Vec::new(),
-        ..desc.clone()
-    };
-    let clip = Clip::new(&smaller, clip).unwrap();
-    (smaller, clip)
-}
-
-/// A clip from a later frame on.
-fn later(clip: &Clip, frame: usize) -> Clip {
-    cut(clip, frame..clip.frames())
+    (loaded.skeleton, loaded.clip)
 }
 
 /// Some frames of a clip.

@@ -5,10 +5,10 @@
 pub(crate) mod report;
 
 use sabaki::graph::{self, GraphSettings};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, MapGrid};
+use sabaki_fixtures::baked::bake;
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::demo::{self, Motions};
-use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 pub(crate) fn motions() -> Motions {
     if std::env::var_os("SABAKI_MOCAP").is_none() {
@@ -28,12 +28,5 @@ pub(crate) fn bake_on(maps: MapGrid) -> BakedGraph {
         maps,
         ..BakeSettings::default()
     };
-    let baker = Baker::new(graph, settings).unwrap();
-    baker.finish_on_cpu().unwrap()
-}
-
-pub(crate) fn throws(baked: &BakedGraph, count: u64) -> Vec<Throw> {
-    (0..count)
-        .map(|index| throw(baked, &ThrowSettings::default(), 5, index).unwrap())
-        .collect()
+    bake(graph, settings)
 }

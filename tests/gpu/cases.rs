@@ -19,6 +19,22 @@ use super::{destroy, each_culler, shimmed_device};
 
 const RECT: MapRect = map_rect(-30, -25, 90, 70);
 
+/// Calls `run` with a culler of each path, of as many slots, for an atlas of the default maps.
+fn on_each_path(
+    seed: u64,
+    slots: u32,
+    mut run: impl FnMut(&mut Headless, &mut Random, &RegionAtlas, (CullPath, &mut Culler)),
+) {
+    let (mut device, mut random) = (device(), Random::new(seed));
+    let atlas = atlas(&mut random, MapGrid::default(), 20);
+    let mut cullers = each_culler(&mut device, &atlas, slots);
+    for (path, culler) in &mut cullers {
+        run(&mut device, &mut random, &atlas, (*path, culler));
+    }
+    destroy(&mut device, cullers);
+    finish(device);
+}
+
 #[test]
 fn thousands_of_random_candidates_agree() {
     let mut device = device();
@@ -170,15 +186,11 @@ fn atlases_without_a_map_agree() {
 /// Three culls in one command buffer, polled in any order; a ticket fits its cull alone.
 #[test]
 fn slots_in_flight_keep_their_own_counts() {
-    let mut device = device();
-    let mut random = Random::new(4);
-    let atlas = atlas(&mut random, MapGrid::default(), 20);
-    let mut cullers = each_culler(&mut device, &atlas, 3);
-    for (path, culler) in &mut cullers {
+    on_each_path(4, 3, |device, random, atlas, (path, culler)| {
         for _ in 0..4 {
             let cases = [0; 3].map(|_| {
                 let count = random.int(1, 120) as usize;
-                CullCase::new(&mut random, &atlas, RECT, 0..3, count)
+                CullCase::new(random, atlas, RECT, 0..3, count)
             });
             let mut overlaps = Vec::new();
             let tickets = device
@@ -186,7 +198,7 @@ fn slots_in_flight_keep_their_own_counts() {
                     let mut tickets = Vec::new();
                     for (slot, case) in (0..).zip(&cases) {
                         // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls have been waited for.
-                        let ticket = unsafe { culler.record(cmd, slot, &case.input(&atlas)) }?;
+                        let ticket = unsafe { culler.record(cmd, slot, &case.input(atlas)) }?;
                         assert!(!culler.poll(ticket, &mut overlaps)?, "nothing has run yet");
                         tickets.push(ticket);
                     }
@@ -195,12 +207,12 @@ fn slots_in_flight_keep_their_own_counts() {
                 .unwrap();
             for index in [1, 0, 2] {
                 assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
-                let expected = counted(&cases[index].input(&atlas));
+                let expected = counted(&cases[index].input(atlas));
                 assert_eq!(overlaps, expected, "{path:?}, slot {index}");
             }
             // SAFETY: the first run has uploaded the maps, and it has been waited for.
             unsafe { culler.release_staging(device.memory().unwrap()) };
-            let input = cases[2].input(&atlas);
+            let input = cases[2].input(atlas);
             // SAFETY: as above.
             let late = device.run(|cmd| unsafe { culler.record(cmd, 0, &input) });
             let stale = culler.poll(tickets[0], &mut overlaps);
@@ -208,31 +220,25 @@ fn slots_in_flight_keep_their_own_counts() {
             assert!(culler.poll(late.unwrap(), &mut overlaps).unwrap());
             assert_eq!(overlaps, counted(&input));
         }
-    }
-    destroy(&mut device, cullers);
-    finish(device);
+    });
 }
 
 /// As many culls as there are slots in one recording, in any order of slots; then again with fewer.
 #[test]
 fn a_batch_counts_what_its_culls_count_alone() {
-    let mut device = device();
-    let mut random = Random::new(7);
-    let atlas = atlas(&mut random, MapGrid::default(), 20);
     let slots = 9;
-    let mut cullers = each_culler(&mut device, &atlas, slots);
-    for (path, culler) in &mut cullers {
+    on_each_path(7, slots, |device, random, atlas, (path, culler)| {
         for round in 0..3 {
             let one = |_| {
                 let count = random.below(91);
-                CullCase::new(&mut random, &atlas, RECT, 0..3, count)
+                CullCase::new(random, atlas, RECT, 0..3, count)
             };
             let cases: Vec<_> = (0..slots - round).map(one).collect();
             let mut batch = Vec::new();
             for (index, case) in (0..).zip(&cases) {
                 batch.push(BatchEntry {
                     slot: (index * 2 + round) % slots,
-                    input: case.input(&atlas),
+                    input: case.input(atlas),
                     ticket: None,
                 });
             }
@@ -251,23 +257,17 @@ fn a_batch_counts_what_its_culls_count_alone() {
             let twice = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
             assert!(matches!(twice, Err(GpuError::NoSuchSlot { slot, .. }) if slot == first));
         }
-    }
-    destroy(&mut device, cullers);
-    finish(device);
+    });
 }
 
 /// What is not counted says so; by compute, a candidate that is hit is still one where no more is asked.
 #[test]
 fn what_is_asked_for_is_counted_alone() {
-    let mut device = device();
-    let mut random = Random::new(9);
-    let atlas = atlas(&mut random, MapGrid::default(), 20);
-    let case = CullCase::new(&mut random, &atlas, RECT, 0..4, 200);
-    let input = case.input(&atlas);
-    let whole = counted(&input);
-    assert!(whole.iter().any(|one| one.body > 0) && whole.iter().any(|one| one.body == 0));
-    let mut cullers = each_culler(&mut device, &atlas, 1);
-    for (path, culler) in &mut cullers {
+    on_each_path(9, 1, |device, random, atlas, (path, culler)| {
+        let case = CullCase::new(random, atlas, RECT, 0..4, 200);
+        let input = case.input(atlas);
+        let whole = counted(&input);
+        assert!(whole.iter().any(|one| one.body > 0) && whole.iter().any(|one| one.body == 0));
         for bits in 0..16 {
             let wanted = Counted {
                 body: bits & 1 != 0,
@@ -291,9 +291,7 @@ fn what_is_asked_for_is_counted_alone() {
                 assert_eq!(*found, expected, "{path:?}: {wanted:?}");
             }
         }
-    }
-    destroy(&mut device, cullers);
-    finish(device);
+    });
 }
 
 /// Without validation, which allocates for itself on this thread's behalf.
@@ -354,10 +352,10 @@ fn attacks_and_candidates_of_several_passes_agree() {
         many.candidates.iter_mut().for_each(near);
         for case in [large, many] {
             let input = case.input(&atlas);
-            let before = shim::copies_of_results();
+            shim::heard();
             let counts = device.cull(&mut culler, &input).unwrap();
             assert_eq!(counts, counted(&input), "{grid:?}");
-            let renderings = shim::copies_of_results() - before;
+            let renderings = shim::heard().copies;
             assert!(renderings > 1, "{grid:?}: {renderings}");
         }
         culler.destroy(device.memory().unwrap());
@@ -367,15 +365,11 @@ fn attacks_and_candidates_of_several_passes_agree() {
 
 #[test]
 fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
-    let mut device = device();
-    let mut random = Random::new(61);
-    let atlas = atlas(&mut random, MapGrid::PAPER, 12);
-    let case = CullCase::new(&mut random, &atlas, RECT, 0..3, 100);
-    let input = case.input(&atlas);
-    let expected = counted(&input);
-    assert!(expected.iter().any(|one| one.body > 0));
-    let mut cullers = each_culler(&mut device, &atlas, 2);
-    for (_, culler) in &mut cullers {
+    on_each_path(61, 2, |device, random, atlas, (_, culler)| {
+        let case = CullCase::new(random, atlas, RECT, 0..3, 100);
+        let input = case.input(atlas);
+        let expected = counted(&input);
+        assert!(expected.iter().any(|one| one.body > 0));
         let lost = device.run(|cmd| {
             // SAFETY: `run` gives a buffer that is being recorded.
             unsafe { culler.record(cmd, 0, &input) }?;
@@ -385,9 +379,7 @@ fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
         for _ in 0..2 {
             assert_eq!(device.cull(culler, &input).unwrap(), expected);
         }
-    }
-    destroy(&mut device, cullers);
-    finish(device);
+    });
 }
 
 /// More planes and blocks than one chunk of the attack holds.

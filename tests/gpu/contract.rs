@@ -1,9 +1,7 @@
 //! Promise: a guest keeps the house's rules. Recording and polling submit nothing, wait for nothing and make nothing; each
 //! barrier is needed, and validation would say so; who forgets to destroy is told.
 
-use sabaki_fixtures::shim::{self, HostStep};
-
-use std::sync::{Arc, Mutex};
+use sabaki_fixtures::shim::{self, Heard, HostStep};
 
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
@@ -16,6 +14,7 @@ use sabaki_fixtures::cull::{CullCase, DEVICE_PATHS, atlas, culler, drifting, map
 use sabaki_fixtures::finish;
 use sabaki_fixtures::headless::Message;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::spans::Spans;
 
 use super::{destroy, each_culler, shimmed_device};
 
@@ -62,9 +61,9 @@ fn passes_have_labels() {
     for (path, labels) in DEVICE_PATHS.into_iter().zip(of_paths) {
         let mut device = shimmed_device();
         let mut culler = culler(&mut device, &CullerDesc::new(path, &atlas));
-        shim::labels();
+        shim::heard();
         device.cull(&mut culler, &case.input(&atlas)).unwrap();
-        let mut found = shim::labels();
+        let mut found = shim::heard().labels;
         found.dedup();
         let [first, second] = labels;
         let last = "sabaki: counts to the host";
@@ -75,11 +74,14 @@ fn passes_have_labels() {
     let mut device = shimmed_device();
     let rect = map_rect(0, 0, 40, 30);
     let drawings = [drifting(&mut Random::new(5), rect, 3, 4)];
-    shim::labels();
+    shim::heard();
     let drawn =
         device.with_rasterizer(|device, rasterizer| device.any_frame(rasterizer, &drawings));
     assert_eq!(drawn.unwrap().len(), 1);
-    assert_eq!(shim::labels(), ["sabaki: maps", "sabaki: maps to the host"]);
+    assert_eq!(
+        shim::heard().labels,
+        ["sabaki: maps", "sabaki: maps to the host"]
+    );
     finish(device);
 }
 
@@ -91,7 +93,7 @@ fn pipelines_are_created_with_the_cache_of_the_host() {
     let info = vk::PipelineCacheCreateInfo::default();
     // SAFETY: the device is valid.
     let cache = unsafe { context.device().create_pipeline_cache(&info, None) }.unwrap();
-    shim::caches();
+    shim::heard();
     for path in DEVICE_PATHS {
         let desc = CullerDesc {
             pipeline_cache: cache,
@@ -105,7 +107,7 @@ fn pipelines_are_created_with_the_cache_of_the_host() {
     };
     let rasterizer = device.make(|context, memory| Rasterizer::new(context, memory, &desc));
     rasterizer.unwrap().destroy(device.memory().unwrap());
-    let caches = shim::caches();
+    let caches = shim::heard().caches;
     assert!(caches.len() >= 2 * DEVICE_PATHS.len() + 2, "{caches:?}");
     assert!(caches.iter().all(|&one| one == cache.as_raw()));
     // SAFETY: nothing is created with it any more.
@@ -120,14 +122,14 @@ fn counts_come_by_few_copies() {
     let mut device = shimmed_device();
     let mut culler = culler(&mut device, &CullerDesc::new(CullPath::Stencil, &atlas));
     let (mut random, mut counted) = (Random::new(6), 0);
-    let before = shim::copies_of_results();
+    shim::heard();
     for _ in 0..40 {
         let case = CullCase::any(&mut random, &atlas, 100);
         let input = case.input(&atlas);
         let counts = device.cull(&mut culler, &input).unwrap();
         counted += counts.iter().filter(|one| one.outer > 0).count();
     }
-    let copies = shim::copies_of_results() - before;
+    let copies = shim::heard().copies;
     assert!(
         copies <= 40 && counted > 2 * copies as usize,
         "{copies} copies for {counted} counts and more"
@@ -141,10 +143,9 @@ fn counts_come_by_few_copies() {
 fn counts_reach_the_host_before_their_number_and_a_missing_barrier_is_detected() {
     let atlas = atlas(&mut Random::new(5), MapGrid::PAPER, 8);
     for path in DEVICE_PATHS {
-        shim::steps_for_host();
-        let (barriers, messages) = without_barrier(&atlas, path, None);
+        let (heard, messages) = without_barrier(&atlas, path, None);
         assert_eq!(messages, []);
-        let steps = shim::steps_for_host();
+        let (barriers, steps) = (heard.barriers, heard.for_host);
         let writer = match path {
             CullPath::Compute => vk::PipelineStageFlags::COMPUTE_SHADER,
             // Query results are copied.
@@ -176,13 +177,13 @@ fn counts_reach_the_host_before_their_number_and_a_missing_barrier_is_detected()
     }
 }
 
-/// One cull with one barrier left out: what validation says of it.
-fn without_barrier(atlas: &RegionAtlas, path: CullPath, nth: Option<u64>) -> (u64, Vec<Message>) {
+/// Two culls with one barrier left out: what the shim hears and validation says of them.
+fn without_barrier(atlas: &RegionAtlas, path: CullPath, nth: Option<u64>) -> (Heard, Vec<Message>) {
     let mut device = shimmed_device();
     let mut culler = culler(&mut device, &CullerDesc::new(path, atlas));
     let case = CullCase::that_hits(&mut Random::new(6), atlas, 40);
     let input = case.input(atlas);
-    let before = shim::barriers();
+    shim::heard();
     shim::swallow_barrier(nth);
     device
         .run(|cmd| {
@@ -194,34 +195,9 @@ fn without_barrier(atlas: &RegionAtlas, path: CullPath, nth: Option<u64>) -> (u6
         })
         .unwrap();
     shim::swallow_barrier(None);
+    let heard = shim::heard();
     culler.destroy(device.memory().unwrap());
-    (shim::barriers() - before, device.destroy())
-}
-
-/// Hears what is logged as an error on this thread.
-#[derive(Clone, Default)]
-pub(super) struct Ear(pub(super) Arc<Mutex<Vec<String>>>);
-
-impl tracing::field::Visit for Ear {
-    fn record_debug(&mut self, _: &tracing::field::Field, value: &dyn std::fmt::Debug) {
-        self.0.lock().unwrap().push(format!("{value:?}"));
-    }
-}
-
-impl tracing::Subscriber for Ear {
-    fn enabled(&self, metadata: &tracing::Metadata<'_>) -> bool {
-        *metadata.level() == tracing::Level::ERROR
-    }
-    fn new_span(&self, _: &tracing::span::Attributes<'_>) -> tracing::span::Id {
-        tracing::span::Id::from_u64(1)
-    }
-    fn record(&self, _: &tracing::span::Id, _: &tracing::span::Record<'_>) {}
-    fn record_follows_from(&self, _: &tracing::span::Id, _: &tracing::span::Id) {}
-    fn event(&self, event: &tracing::Event<'_>) {
-        event.record(&mut self.clone());
-    }
-    fn enter(&self, _: &tracing::span::Id) {}
-    fn exit(&self, _: &tracing::span::Id) {}
+    (heard, device.destroy())
 }
 
 #[test]
@@ -229,16 +205,16 @@ fn what_is_dropped_is_reported_and_left_as_it_is() {
     let atlas = atlas(&mut Random::new(1), MapGrid::PAPER, 4);
     let mut device = shimmed_device();
     let cullers = each_culler(&mut device, &atlas, 1);
-    let ear = Ear::default();
+    let spans = Spans::default();
     let alive = shim::live();
-    tracing::subscriber::with_default(ear.clone(), || {
+    tracing::subscriber::with_default(spans.clone(), || {
         drop(cullers);
         // Nothing was freed under the device's hands.
         assert_eq!(shim::live(), alive);
         drop(device);
     });
     assert_eq!(shim::live(), alive);
-    let heard = ear.0.lock().unwrap().clone();
+    let heard = spans.errors();
     let says = |word: &str| heard.iter().any(|one| one.contains(word));
     assert_eq!(heard.len(), 3, "{heard:?}");
     assert!(says("Culler was dropped without destroy") && says("Headless was dropped"));
@@ -287,11 +263,11 @@ fn only_destroy_frees_memory() {
     memory.allocate(&block(MemoryUse::Device)).unwrap();
     let used = shim::live();
     assert_ne!(used, alive);
-    let ear = Ear::default();
-    tracing::subscriber::with_default(ear.clone(), || drop(memory));
+    let spans = Spans::default();
+    tracing::subscriber::with_default(spans.clone(), || drop(memory));
     // The device may be gone.
     assert_eq!(shim::live(), used);
-    let heard = ear.0.lock().unwrap().clone();
+    let heard = spans.errors();
     assert_eq!(heard.len(), 1, "{heard:?}");
     assert!(heard[0].contains("GpuAllocatorMemory was dropped without destroy"));
     // With memory that leaks, validation would complain of the device's end.

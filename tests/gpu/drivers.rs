@@ -1,11 +1,11 @@
 //! Promise: a driver's work-around is used on every version of Vulkan on which the driver can be known.
 
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Culler, CullerDesc, GpuError};
+use sabaki::gpu::{CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, CullPath};
-use sabaki_fixtures::cull::{CullCase, atlas, counted, sliced};
+use sabaki_fixtures::cull::{CullCase, atlas, counted, culler, sliced};
 use sabaki_fixtures::random::Random;
-use sabaki_fixtures::shim::{self, Hidden};
+use sabaki_fixtures::shim::Hidden;
 use sabaki_fixtures::{device_without, finish};
 
 #[test]
@@ -28,17 +28,17 @@ fn moltenvk_is_known_on_every_version() {
         vk::API_VERSION_1_2,
         vk::API_VERSION_1_3,
     ] {
-        shim::pretend_driver(Some(vk::DriverId::MOLTENVK));
-        let mut device = device_without(Hidden::default(), version);
-        shim::pretend_driver(None);
+        let moltenvk = Hidden {
+            driver: Some(vk::DriverId::MOLTENVK),
+            ..Hidden::default()
+        };
+        let mut device = device_without(moltenvk, version);
         let desc = CullerDesc {
             max_candidates: 33_000,
             frames_in_flight: 1,
             ..CullerDesc::new(CullPath::Stencil, &atlas)
         };
-        let mut culler = device
-            .make(|context, memory| Culler::new(context, memory, &desc))
-            .unwrap();
+        let mut culler = culler(&mut device, &desc);
         // SAFETY: `run` gives a buffer that is being recorded.
         let refused = device.run(|cmd| unsafe { culler.record(cmd, 0, &input) });
         let Err(GpuError::Limit { limit, .. }) = refused else {

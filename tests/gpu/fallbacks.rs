@@ -24,6 +24,7 @@ const OPTIONAL: Hidden = Hidden {
     precise_queries: true,
     generous_limits: true,
     queues: vk::QueueFlags::empty(),
+    driver: None,
 };
 
 fn without(formats: &'static [vk::Format]) -> Hidden {

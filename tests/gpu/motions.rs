@@ -2,11 +2,9 @@
 //! compute path and the CPU agree to the texel, and validation has nothing to say.
 
 use sabaki::gpu::{Culler, CullerDesc, RasterizerDesc};
-use sabaki::maps::raster::every_frame;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, MapGrid};
 use sabaki::query::cull::CullPath;
 use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
-use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::cull::counted;
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::throw::throws;
@@ -91,34 +89,4 @@ fn counts_agree(
     );
     culler.destroy(device.memory().unwrap());
     attacks
-}
-
-/// Of the many little maps of slices of time some, on the device as on the CPU.
-#[test]
-fn slices_of_time_are_drawn_alike() {
-    let mut device = device();
-    let settings = BakeSettings {
-        maps: MapGrid {
-            slab_height: 0.05,
-            slices: 32,
-            slice_seconds: 1.0 / 30.0,
-            ..MapGrid::default()
-        },
-        ..BakeSettings::default()
-    };
-    let baker = Baker::new(embedded().graph().clone(), settings).unwrap();
-    let some = |drawings: &[Drawing]| -> Vec<Drawing> {
-        drawings.iter().step_by(61).take(400).cloned().collect()
-    };
-    let every = some(baker.every_frame_drawings());
-    let any = some(baker.any_frame_drawings());
-    assert!(every.len() > 200 && any.len() > 200);
-    let bodies = every
-        .iter()
-        .map(|drawing| every_frame(drawing).body.count());
-    assert!(bodies.filter(|&texels| texels > 0).count() > 50);
-    for drawings in [every, any] {
-        raster::agree(&mut device, RasterizerDesc::default().side, &drawings);
-    }
-    finish(device);
 }

@@ -18,12 +18,12 @@ fn the_shader_table_is_that_of_the_spirv() {
 
 /// What naga refuses is not written into a table.
 #[test]
+#[should_panic(expected = "count.comp: ")]
 fn damaged_spirv_is_refused() {
     let target = tempfile::tempdir().unwrap();
     let name = "count.comp.spv";
     let mut bytes = fs::read(shaders().join("spirv").join(name)).unwrap();
     bytes.truncate(bytes.len() / 2);
     fs::write(target.path().join(name), bytes).unwrap();
-    let error = table(target.path()).unwrap_err();
-    assert!(error.starts_with("count.comp: "), "{error}");
+    table(target.path());
 }

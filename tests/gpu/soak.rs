@@ -11,21 +11,10 @@ use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_fixtures::throw::{Throw, throws};
 
 use sabaki_fixtures::cull::{DEVICE_PATHS, counted};
-use sabaki_fixtures::memory::alone;
+use sabaki_fixtures::memory::{alone, status};
 use sabaki_fixtures::{desc, finish};
 
 const SLOTS: usize = 3;
-
-/// What a long time has come to.
-#[derive(Clone, Copy, Debug, Default)]
-struct Soaked {
-    /// Each of them answered, and held against the CPU.
-    queries: u64,
-    /// Bytes of this process after a tenth of the queries, and at the end. 0 where the system does not say.
-    resident: [u64; 2],
-    /// Blocks of device memory, at the same moments.
-    blocks: [usize; 2],
-}
 
 /// A query's maps, and what the CPU counts of them.
 struct Case {
@@ -83,8 +72,9 @@ impl Frame {
     }
 }
 
-/// Asks `queries` times, half by the stencil path and half by the compute path.
-fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
+/// Asks `queries` times, half by the stencil path and half by the compute path, and holds each answer against the CPU. Returns the bytes of
+/// this process and the blocks of device memory after a tenth of the queries, and at the end.
+fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> [(f64, usize); 2] {
     let mut device = Headless::new(desc).unwrap();
     let cases = cases(baked);
     let [mut stencil, mut compute] = DEVICE_PATHS.map(|path| {
@@ -101,7 +91,11 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
         let queue = context.device().get_device_queue(context.queue_family(), 0);
         (queue, [(); SLOTS].map(|()| Frame::new(&context)))
     };
-    let mut soaked = Soaked::default();
+    let held = |device: &mut Headless| {
+        let blocks = device.memory().unwrap().live_blocks();
+        (status("VmRSS:"), blocks)
+    };
+    let (mut early, mut answered) = ((0.0, 0), 0);
     let (mut overlaps, rounds) = (Vec::new(), queries / 2);
     for round in 0..rounds + SLOTS as u64 {
         let slot = (round % SLOTS as u64) as usize;
@@ -119,14 +113,13 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
                 assert!(compute.poll(by_compute, &mut overlaps).unwrap());
                 assert_eq!(overlaps, cases[case].expected, "compute, round {round}");
                 gpu.reset_fences(&[frame.fence]).unwrap();
-                soaked.queries += 2;
+                answered += 2;
             }
             if round >= rounds {
                 continue;
             }
             if round == rounds / 10 {
-                soaked.resident[0] = resident();
-                soaked.blocks[0] = device.memory().unwrap().live_blocks();
+                early = held(&mut device);
             }
             let case = (round * 7 % cases.len() as u64) as usize;
             let input = CullInput {
@@ -148,8 +141,8 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
             frame.waiting = Some((case, by_stencil, by_compute));
         }
     }
-    soaked.resident[1] = resident();
-    soaked.blocks[1] = device.memory().unwrap().live_blocks();
+    assert_eq!(answered, queries);
+    let late = held(&mut device);
     for frame in frames {
         // SAFETY: the device has finished: every frame's results have been read.
         unsafe {
@@ -160,14 +153,7 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
     stencil.destroy(device.memory().unwrap());
     compute.destroy(device.memory().unwrap());
     finish(device);
-    soaked
-}
-
-/// Bytes of this process that are in memory, as Linux says.
-fn resident() -> u64 {
-    let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
-    let mut pages = pages.split_whitespace().map(str::parse);
-    pages.nth(1).and_then(Result::ok).unwrap_or(0) * 4096
+    [early, late]
 }
 
 /// The pages of a process are those of all tests that run in it.
@@ -181,18 +167,15 @@ fn soak_alone() {
         validation: false,
         ..desc()
     };
-    let soaked = soak(embedded(), 1_500, &silent);
-    println!("{soaked:?}");
-    assert_eq!(soaked.queries, 1_500);
-    let [early, late] = soaked.blocks;
-    assert!(early == late && late > 0);
-    let [early, late] = soaked.resident;
+    let [early, late] = soak(embedded(), 1_500, &silent);
+    println!("{early:?} {late:?}");
+    assert!(early.1 == late.1 && late.1 > 0);
     // 1,350 queries that kept a single page each would be more.
-    assert!(late < early + (4 << 20), "{early} to {late} bytes");
+    let most = early.0 + f64::from(4 << 20);
+    assert!(late.0 < most, "{early:?} to {late:?} bytes");
 }
 
 #[test]
 fn validation_is_silent_all_along() {
-    let soaked = soak(embedded(), 200, &desc());
-    assert_eq!(soaked.queries, 200);
+    soak(embedded(), 200, &desc());
 }

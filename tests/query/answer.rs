@@ -5,15 +5,14 @@ use sabaki::anim::Pose;
 use sabaki::graph::{EdgeId, NodeId};
 use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::{
-    Answer, CandidateReport, CandidateResult, EntryUse, Enumerate, Evaluation, Query,
-    QuerySettings, WarpSettings,
+    Answer, CandidateReport, CandidateResult, Enumerate, Evaluation, Query, QuerySettings,
 };
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::throw::{Throw, throws};
 
-use super::{centres, furthest, naive_clearance};
+use super::{centres, furthest, naive_clearance, of_edges};
 
 fn some() -> impl Iterator<Item = Throw> {
     throws(embedded(), 7, 60)
@@ -21,15 +20,6 @@ fn some() -> impl Iterator<Item = Throw> {
 
 fn answer(settings: &QuerySettings, throw: &Throw, evaluation: Evaluation) -> Answer {
     answer_throw(&Query::new(embedded(), settings), throw, evaluation)
-}
-
-/// The candidates that edges lead to, without warps.
-fn unwarped() -> QuerySettings {
-    QuerySettings {
-        entries: EntryUse::none(),
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
-    }
 }
 
 #[test]
@@ -81,7 +71,7 @@ fn assert_best(settings: &QuerySettings, needed: &Answer, all: &Answer) {
 
 #[test]
 fn a_weight_that_rewards_distance_finds_the_widest_miss() {
-    let mut settings = unwarped();
+    let mut settings = of_edges();
     settings.weights.distance = -4.0;
     let mut decided_by_distance = 0;
     for throw in some().take(20) {
@@ -89,7 +79,7 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
         let all = answer(&settings, &throw, Evaluation::Exhaustive);
         if all.avoided {
             assert_best(&settings, &needed, &all);
-            let usual = answer(&unwarped(), &throw, Evaluation::Lazy);
+            let usual = answer(&of_edges(), &throw, Evaluation::Lazy);
             let gained = needed.clearance().metres - usual.clearance().metres;
             decided_by_distance += usize::from(gained > 0.01);
         }
@@ -120,7 +110,7 @@ fn the_exact_search_and_the_culled_one_choose_the_same_path() {
 
 #[test]
 fn the_evasion_starts_when_the_attack_does() {
-    let (mut settings, baked) = (unwarped(), embedded());
+    let (mut settings, baked) = (of_edges(), embedded());
     settings.rates.nearest = 0.0;
     let mut evasions = 0;
     for throw in some() {
@@ -147,7 +137,7 @@ fn the_evasion_starts_when_the_attack_does() {
 
 #[test]
 fn where_nothing_is_in_time_the_nearest_is_taken() {
-    let near = unwarped();
+    let near = of_edges();
     let mut strict = near;
     strict.rates.nearest = 0.0;
     let mut taken = 0;
@@ -167,7 +157,7 @@ fn where_nothing_is_in_time_the_nearest_is_taken() {
 
 #[test]
 fn paths_are_connected_and_motion_is_continuous() {
-    let (settings, baked) = (unwarped(), embedded());
+    let (settings, baked) = (of_edges(), embedded());
     for throw in some().take(20) {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
         let mut node: NodeId = throw.playhead.next_node(baked.graph());
@@ -199,7 +189,7 @@ fn what_is_called_a_hit_is_one_and_none_is_less_deep_than_what_is_chosen() {
     /// What an evasion is known by beforehand lies elsewhere between the samples of the motion that is played, metres.
     const SAMPLES: f32 = 2e-3;
     let baked = embedded();
-    let settings = unwarped();
+    let settings = of_edges();
     let query = Query::new(baked, &settings);
     let (mut body, mut hits) = (MotionBody::default(), 0);
     for (index, throw) in throws(baked, 41, 150).enumerate() {

@@ -1,15 +1,14 @@
 //! Promise: what the maps remove is hit, and what they prove clean is clean.
 
 use sabaki::maps::{BakedGraph, MapGrid, Section};
-use sabaki::query::WarpSettings;
 use sabaki::query::cull::cpu::Culler;
-use sabaki::query::{
-    Answer, EntryUse, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request,
-};
+use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::throw::throws;
+
+use super::{of_edges, unwarped};
 
 /// What the maps said of candidates, against the exact test.
 #[derive(Debug, Default)]
@@ -27,8 +26,7 @@ struct Tally {
 fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
     let settings = QuerySettings {
         enumerate: Enumerate::Whole,
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
+        ..unwarped()
     };
     let (mut culler, mut overlaps) = (Culler::default(), Vec::new());
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
@@ -123,11 +121,7 @@ fn culling_changes_no_answer() {
 #[test]
 fn the_papers_maps_hide_no_way_out() {
     let baked = embedded().with_maps(MapGrid::PAPER).unwrap();
-    let settings = QuerySettings {
-        warp: WarpSettings::off(),
-        entries: EntryUse::none(),
-        ..QuerySettings::default()
-    };
+    let settings = of_edges();
     let query = Query::new(&baked, &settings);
     let mut reconsidered = 0;
     for (index, throw) in throws(&baked, 29, 300).enumerate() {

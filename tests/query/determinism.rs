@@ -6,11 +6,12 @@ use sabaki::archive::to_bytes;
 use sabaki::graph::{Edge, GraphSettings};
 use sabaki::maps::BakeSettings;
 use sabaki::math::thread_count;
-use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::{bake, embedded, embedded_graph};
 use sabaki_fixtures::throw::throws;
+
+use super::of_edges;
 
 #[test]
 fn any_number_of_threads_bakes_the_same_bytes() {
@@ -86,11 +87,7 @@ fn digest(values: impl IntoIterator<Item = u64>) -> String {
 
 #[test]
 fn the_answers_are_those_of_the_last_version() {
-    let settings = QuerySettings {
-        entries: EntryUse::none(),
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
-    };
+    let settings = of_edges();
     // Over what was decided: no rounding of a library's sine changes it lightly.
     let decided = |answer: Answer| {
         let path = answer.path(embedded(), answer.chosen());

@@ -7,14 +7,16 @@ use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::graph::{Entry, Played};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings, WarpSettings};
+use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::TimedThrow;
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::throw::key;
 
-use super::{assert_made_again, balls_at, centres, furthest, joints, measured, taken_over};
+use super::{
+    assert_made_again, balls_at, centres, furthest, joints, measured, taken_over, unwarped,
+};
 
 /// Some moments' first entries: the natural motion, when it is entered, and what.
 pub(super) fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
@@ -157,8 +159,7 @@ fn balls(contact: f32) -> Vec<TimedThrow> {
 fn answer_to(entries: EntryUse, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {
     let settings = QuerySettings {
         entries,
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
+        ..unwarped()
     };
     let query = Query::new(embedded(), &settings);
     answer_throw(&query, &thrown.throw, evaluation)
@@ -166,10 +167,7 @@ fn answer_to(entries: EntryUse, thrown: &TimedThrow, evaluation: Evaluation) -> 
 
 #[test]
 fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
-    let settings = QuerySettings {
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
-    };
+    let settings = unwarped();
     let query = Query::new(embedded(), &settings);
     let (mut asked, mut entered_again, now) = (0, 0, 0.08);
     for thrown in balls(0.4).iter().chain(&balls(0.5)) {

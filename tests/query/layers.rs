@@ -4,26 +4,21 @@
 use std::sync::OnceLock;
 
 use sabaki::graph::Motion;
-use sabaki::query::{Answer, Evaluation, Query, QuerySettings, WarpSettings};
+use sabaki::query::{Answer, Evaluation, Query};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::TimedThrow;
 use sabaki_fixtures::clips::most_apart;
 
-use super::{assert_made_again, balls_at, centres, furthest, joints, measured, taken_over};
-
-fn settings() -> QuerySettings {
-    QuerySettings {
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
-    }
-}
+use super::{
+    assert_made_again, balls_at, centres, furthest, joints, measured, taken_over, unwarped,
+};
 
 /// Answers whose chosen motion is layered.
 fn layered() -> &'static [(TimedThrow, Answer)] {
     static LAYERED: OnceLock<Vec<(TimedThrow, Answer)>> = OnceLock::new();
     LAYERED.get_or_init(|| {
-        let settings = settings();
+        let settings = unwarped();
         let query = Query::new(embedded(), &settings);
         let thrown = balls_at(std::iter::repeat_n(0.45, 300), 9).into_iter();
         let answered = thrown.map(|thrown| {
@@ -107,7 +102,7 @@ fn what_is_said_of_a_layer_is_measured() {
 
 #[test]
 fn an_attack_during_a_layer_is_answered_from_there() {
-    let settings = settings();
+    let settings = unwarped();
     let query = Query::new(embedded(), &settings);
     let mut asked = 0;
     for (thrown, first) in layered() {

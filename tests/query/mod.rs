@@ -5,7 +5,9 @@ use sabaki::anim::{JointTransform, Pose};
 use sabaki::graph::Motion;
 use sabaki::maps::BakedGraph;
 use sabaki::query::clearance::{ExactTest, MotionBody};
-use sabaki::query::{Answer, Attack, Clearance, Query, QueryContext, Request};
+use sabaki::query::{
+    Answer, Attack, Clearance, EntryUse, Query, QueryContext, QuerySettings, Request, WarpSettings,
+};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::{BallThrower, TimedThrow};
 use sabaki_fixtures::clips::joints_of;
@@ -26,6 +28,30 @@ mod pause;
 mod push;
 mod spans;
 mod warp;
+
+/// Without warps.
+fn unwarped() -> QuerySettings {
+    QuerySettings {
+        warp: WarpSettings::off(),
+        ..QuerySettings::default()
+    }
+}
+
+/// Without entries: there is more to warp.
+fn without_entries() -> QuerySettings {
+    QuerySettings {
+        entries: EntryUse::none(),
+        ..QuerySettings::default()
+    }
+}
+
+/// The candidates that edges lead to, without warps.
+fn of_edges() -> QuerySettings {
+    QuerySettings {
+        entries: EntryUse::none(),
+        ..unwarped()
+    }
+}
 
 /// Pose and joints of a motion at a moment.
 fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> (Pose, Vec<JointTransform>) {

@@ -9,13 +9,11 @@ use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{MotionBody, ObstacleTest};
-use sabaki::query::{
-    Answer, EntryUse, Evaluation, Obstacle, Query, QueryContext, QuerySettings, Request,
-};
+use sabaki::query::{Answer, Evaluation, Obstacle, Query, QueryContext, QuerySettings, Request};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::throw::throws;
 
-use super::{centres, measured};
+use super::{centres, measured, without_entries};
 
 /// One obstacle of each kind near a place, some of which move.
 fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {
@@ -197,11 +195,7 @@ fn answers_among_obstacles_enter_none(baked: &BakedGraph) {
 #[test]
 fn both_evaluations_warp_hits_among_obstacles() {
     let baked = embedded();
-    // Without entries there is more to warp.
-    let settings = QuerySettings {
-        entries: EntryUse::none(),
-        ..QuerySettings::default()
-    };
+    let settings = without_entries();
     let query = Query::new(baked, &settings);
     let mut context = QueryContext::default();
     let (mut warped, mut avoided, mut lazy_only) = ([0; 2], 0, 0);

@@ -4,13 +4,13 @@ use glam::Vec3;
 use sabaki::anim::{JointTransform, Leg, Pose};
 use sabaki::graph::Motion;
 use sabaki::maps::BakedGraph;
-use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings, WarpSettings};
+use sabaki::query::{Answer, Attack, Evaluation, Query, QuerySettings, WarpSettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::throw::throws;
 
-use super::{assert_made_again, joints, naive_clearance, taken_over};
+use super::{assert_made_again, joints, naive_clearance, of_edges, taken_over, without_entries};
 
 /// Which way a knee or an elbow bends: the axis of its bend, as long as the sine of it.
 fn bend_axis(joints: &[JointTransform], leg: &Leg) -> Vec3 {
@@ -81,21 +81,9 @@ fn assert_sound(baked: &BakedGraph, attack: &Attack, motion: &Motion) {
     }
 }
 
-/// Entries avoid most of the throws; here warping is alone.
-fn without_entries() -> QuerySettings {
-    QuerySettings {
-        entries: EntryUse::none(),
-        ..QuerySettings::default()
-    }
-}
-
 /// Throws that hit without a warp, and what becomes of them with one.
 fn hits(baked: &BakedGraph, count: u64) -> Vec<(Attack, Answer)> {
-    let settings = without_entries();
-    let off = QuerySettings {
-        warp: WarpSettings::off(),
-        ..settings
-    };
+    let (settings, off) = (without_entries(), of_edges());
     let mut hits = Vec::new();
     for throw in throws(baked, 5, count) {
         let plain = answer_throw(&Query::new(baked, &off), &throw, Evaluation::Lazy);

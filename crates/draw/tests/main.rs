@@ -14,7 +14,8 @@ use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
-    Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Outfit, Shot,
+    Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Mesh, Orbit, Outfit,
+    Shot,
 };
 use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::cull::map_rect;
@@ -57,6 +58,14 @@ fn paint(painter: &mut Painter, shot: &Shot) -> Picture {
     Picture(painter.paint(shot, None).unwrap())
 }
 
+fn painter(meshes: &[Mesh]) -> Painter {
+    let desc = StageDesc {
+        meshes,
+        ..StageDesc::default()
+    };
+    Painter::new(device(), SIZE, &desc).unwrap()
+}
+
 /// Ends a test: any message of validation fails it.
 fn end(mut painter: Painter) {
     let messages = painter.close();
@@ -94,17 +103,17 @@ fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
     let info = vk::PipelineCacheCreateInfo::default();
     // SAFETY: the device is valid.
     let cache = unsafe { context.device().create_pipeline_cache(&info, None) }.unwrap();
-    shim::caches();
+    shim::heard();
     let desc = StageDesc {
         pipeline_cache: cache,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(device, SIZE, &desc).unwrap();
-    let caches = shim::caches();
+    let caches = shim::heard().caches;
     assert!(!caches.is_empty() && caches.iter().all(|&one| one == cache.as_raw()));
-    shim::labels();
+    shim::heard();
     paint(&mut painter, &empty());
-    assert_eq!(shim::labels(), ["sabaki: shadows", "sabaki: picture"]);
+    assert_eq!(shim::heard().labels, ["sabaki: shadows", "sabaki: picture"]);
     // SAFETY: nothing is created with it any more.
     unsafe { context.device().destroy_pipeline_cache(cache, None) };
     end(painter);
@@ -112,8 +121,7 @@ fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
 
 #[test]
 fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
-    let desc = StageDesc::default();
-    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let mut painter = painter(&[]);
     let floor = paint(&mut painter, &empty());
     let ball = Vec3::new(0.7, 1.4, -0.3);
     let mut shot = empty();

@@ -5,17 +5,15 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 use sabaki::anim::{Joint, JointId, JointTransform, Skeleton};
 use sabaki::lod::{LevelSettings, Levels};
-use sabaki_app::Painter;
+use sabaki_draw::human_body;
 use sabaki_draw::scene::{
     BoundMesh, JointNames, Look, Mesh, MeshBone, MeshJoint, MeshTexture, MeshVertex, RiggedMesh,
     Skin, SkinnedBody, skinned_positions, standing_pose,
 };
-use sabaki_draw::{StageDesc, human_body};
 use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::demo;
 
-use super::{SIZE, camera, empty, end, is_red, paint};
-use sabaki_fixtures::device;
+use super::{SIZE, camera, empty, end, is_red, paint, painter};
 
 /// A box of half a metre around the origin, moved by bone 0.
 fn cube(colour: [u16; 4], texture: Option<MeshTexture>) -> Mesh {
@@ -75,11 +73,7 @@ fn skinned_meshes_are_where_their_joints_are() {
     };
     let white = [u16::MAX; 4];
     let meshes = [cube(red, None), cube(white, Some(texture))];
-    let desc = StageDesc {
-        meshes: &meshes,
-        ..StageDesc::default()
-    };
-    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let mut painter = painter(&meshes);
     let floor = paint(&mut painter, &empty());
     let (a, b) = (Vec3::new(0.8, 1.2, 0.0), Vec3::new(-0.8, 0.9, 0.0));
     let seen = |place| camera().pixel(place, SIZE).unwrap();
@@ -218,12 +212,7 @@ fn the_body_is_drawn_where_its_positions_are_computed() {
     let joints = joints_at(&motions.skeleton, &motions.clips[0], 10);
     let skin = skin_of(body.bones);
     let places = skinned_positions(&body.mesh, &skin, &joints);
-    let meshes = [body.mesh];
-    let desc = StageDesc {
-        meshes: &meshes,
-        ..StageDesc::default()
-    };
-    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let mut painter = painter(&[body.mesh]);
     let floor = paint(&mut painter, &empty());
     let mut shot = empty();
     let red = [1.0, 0.0, 0.0, 1.0];
@@ -254,12 +243,7 @@ fn the_order_of_a_vertex_s_influences_does_not_matter() {
         vertex.bones.rotate_right(1);
         vertex.weights.rotate_right(1);
     }
-    let meshes = [body.mesh, turned];
-    let desc = StageDesc {
-        meshes: &meshes,
-        ..StageDesc::default()
-    };
-    let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
+    let mut painter = painter(&[body.mesh, turned]);
     let [own, turned] = [0, 1].map(|mesh| {
         let skin = Arc::new(Skin {
             mesh,

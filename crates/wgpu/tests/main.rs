@@ -8,7 +8,7 @@ use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings};
-use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::throws;
 use sabaki_fixtures::{answer::answer_throw, baked::embedded, cull::DEVICE_PATHS};
 use sabaki_wgpu::{Host, HostError, HostedCuller};
 
@@ -89,15 +89,17 @@ impl Renderer {
     }
 }
 
+fn host() -> (Host, Renderer) {
+    let desc = wgpu::DeviceDescriptor::default();
+    let (host, queue) = Host::open(&adapter(), &desc).unwrap();
+    let device = host.device().clone();
+    (host, Renderer { device, queue })
+}
+
 #[test]
 fn wgpu_hosts_a_dodge() {
     let baked = embedded();
-    let desc = wgpu::DeviceDescriptor::default();
-    let (host, queue) = Host::open(&adapter(), &desc).unwrap();
-    let renderer = Renderer {
-        device: host.device().clone(),
-        queue,
-    };
+    let (host, renderer) = host();
     // Occlusion queries, which are not precise on wgpu, and the compute shader.
     let mut cullers =
         DEVICE_PATHS.map(|path| host.culler(&CullerDesc::new(path, baked.atlas())).unwrap());
@@ -108,8 +110,7 @@ fn wgpu_hosts_a_dodge() {
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let (mut avoided, mut removed) = (0, 0);
-    for index in 0..8 {
-        let throw = throw(baked, &ThrowSettings::default(), 3, index).unwrap();
+    for (index, throw) in throws(baked, 3, 8).enumerate() {
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let mut session = query.start(throw.request(), &mut context);
         let Ok(()) = session.run(&mut answer, |input, wanted| {
@@ -139,7 +140,7 @@ fn wgpu_hosts_a_dodge() {
     }
 
     // A device that the program has made by itself culls by the compute shader alone.
-    let (device, queue) = block_on(adapter().request_device(&desc)).unwrap();
+    let (device, queue) = block_on(adapter().request_device(&Default::default())).unwrap();
     let own = Renderer { device, queue };
     let host = Host::new(&own.device).unwrap();
     assert!(host.report().compute.runs() && !host.report().stencil.runs());
@@ -151,8 +152,7 @@ fn wgpu_hosts_a_dodge() {
     let compute = host.culler(&CullerDesc::new(CullPath::Compute, baked.atlas()));
     let mut others = [compute.unwrap()];
     let mut compared = 0;
-    for index in 0..8 {
-        let throw = throw(baked, &ThrowSettings::default(), 3, index).unwrap();
+    for (index, throw) in throws(baked, 3, 8).enumerate() {
         let mut context = QueryContext::default();
         let session = query.start(throw.request(), &mut context);
         let input = session.cull_input();
@@ -175,14 +175,9 @@ fn wgpu_hosts_a_dodge() {
 #[test]
 fn a_culler_is_dropped_before_its_commands_are_submitted() {
     let baked = embedded();
-    let desc = wgpu::DeviceDescriptor::default();
-    let (host, queue) = Host::open(&adapter(), &desc).unwrap();
-    let renderer = Renderer {
-        device: host.device().clone(),
-        queue,
-    };
+    let (host, renderer) = host();
     let settings = QuerySettings::default();
-    let throw = throw(baked, &ThrowSettings::default(), 3, 0).unwrap();
+    let throw = throws(baked, 3, 1).next().unwrap();
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
     let session = query.start(throw.request(), &mut context);
@@ -214,13 +209,15 @@ fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
     let experimental = wgpu::Features::all_experimental_mask();
     let lacking = wgpu::Features::all() - adapter.features() - experimental;
     let feature = lacking.iter().next().expect("a feature that is missing");
-    let refused = Host::open(
-        &adapter,
-        &wgpu::DeviceDescriptor {
-            required_features: feature,
+    let open = |required_features, required_limits| {
+        let desc = wgpu::DeviceDescriptor {
+            required_features,
+            required_limits,
             ..Default::default()
-        },
-    );
+        };
+        Host::open(&adapter, &desc)
+    };
+    let refused = open(feature, wgpu::Limits::default());
     assert!(
         matches!(&refused, Err(HostError::Features(named)) if *named == feature),
         "{refused:?}"
@@ -228,13 +225,7 @@ fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
 
     let offered = adapter.features() & experimental;
     if let Some(feature) = offered.iter().next() {
-        let refused = Host::open(
-            &adapter,
-            &wgpu::DeviceDescriptor {
-                required_features: feature,
-                ..Default::default()
-            },
-        );
+        let refused = open(feature, wgpu::Limits::default());
         assert!(
             matches!(&refused, Err(HostError::Experimental(named)) if *named == feature),
             "{refused:?}"
@@ -242,16 +233,11 @@ fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
     }
 
     let offered = adapter.limits().max_bind_groups;
-    let refused = Host::open(
-        &adapter,
-        &wgpu::DeviceDescriptor {
-            required_limits: wgpu::Limits {
-                max_bind_groups: offered + 1,
-                ..Default::default()
-            },
-            ..Default::default()
-        },
-    );
+    let limits = wgpu::Limits {
+        max_bind_groups: offered + 1,
+        ..Default::default()
+    };
+    let refused = open(wgpu::Features::empty(), limits);
     let Err(HostError::Limit {
         name,
         required,

@@ -1,5 +1,7 @@
 //! `sabaki lod`.
 
+use sabaki_fixtures::clips::{chain, swinging_chain};
+use sabaki_import::bvh;
 use serde_json::Value;
 
 use super::assert_is_png;
@@ -118,29 +120,13 @@ fn lod_refuses_what_makes_no_sense() {
     }
 }
 
-/// A chain in which nothing moves, as a BVH file.
-fn still_chain(joints: usize) -> String {
-    let mut text = String::from("HIERARCHY\n");
-    for joint in 0..joints {
-        let (kind, root) = if joint == 0 {
-            ("ROOT", "6 Xposition Yposition Zposition")
-        } else {
-            ("JOINT", "3")
-        };
-        text += &format!(
-            "{kind} j{joint}\n{{\nOFFSET 0 0.03 0\nCHANNELS {root} Zrotation Xrotation Yrotation\n"
-        );
-    }
-    text += "End Site\n{\nOFFSET 0 1 0\n}\n";
-    text += &"}\n".repeat(joints);
-    text += "MOTION\nFrames: 20\nFrame Time: 0.0333333\n";
-    text + &format!("{}\n", "0 ".repeat(3 * joints + 3)).repeat(20)
-}
-
 #[test]
 fn a_chain_without_motion_is_told_of() {
     let folder = folder();
-    std::fs::write(folder.path().join("chain.bvh"), still_chain(12)).unwrap();
+    let skeleton = chain(12);
+    let clip = swinging_chain(&skeleton, 20, 0.0);
+    let mut file = std::fs::File::create(folder.path().join("chain.bvh")).unwrap();
+    bvh::write(&mut file, &skeleton, &clip, 1.0).unwrap();
     let document = sabaki(&folder, "lod chain.bvh --json").json(0);
     let levels = levels(&document);
     assert_eq!(levels.len(), 12);

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use sabaki::anim::{Clip, ClipDesc, Event};
+use sabaki::anim::{Clip, Event};
 use sabaki_fixtures::demo;
 use sabaki_import::{EventsFile, bvh};
 use serde_json::Value;
@@ -154,16 +154,9 @@ fn made() -> &'static Made {
             .take(4);
         let chosen: Vec<usize> = with.chain(without).collect();
         let named = |&clip: &usize| {
-            let desc = motions.clips[clip].desc();
-            let name = format!("{}.bvh", desc.name.replace(' ', "_"));
-            Clip::new(
-                &motions.skeleton,
-                ClipDesc {
-                    name,
-                    ..desc.clone()
-                },
-            )
-            .unwrap()
+            let mut desc = motions.clips[clip].desc();
+            desc.name = format!("{}.bvh", desc.name.replace(' ', "_"));
+            Clip::new(&motions.skeleton, desc).unwrap()
         };
         let clips: Vec<Clip> = chosen.iter().map(named).collect();
         let renumbered = |event: &Event| {

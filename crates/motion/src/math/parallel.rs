@@ -257,6 +257,7 @@ fn wait(is_so: impl Fn() -> bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::AtomicUsize;
 
     #[test]
     fn two_things_are_done() {
@@ -293,12 +294,6 @@ mod tests {
             }
         }
     }
-}
-
-#[cfg(test)]
-mod worker_pool_tests {
-    use super::*;
-    use std::sync::atomic::AtomicUsize;
 
     #[test]
     fn each_piece_is_done_once_each_time() {

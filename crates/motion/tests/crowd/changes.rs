@@ -34,7 +34,7 @@ impl Changing {
         let id = MemberId(index as u32);
         let since = self.crowd.time();
         let told = &mut self.told[index];
-        match self.random.below(5) {
+        match self.random.below(6) {
             0 => {
                 self.crowd.set(id, &other).unwrap();
                 *told = Told {
@@ -53,6 +53,11 @@ impl Changing {
                 (told.character.level, told.character.blend) = (level, 0.0);
             }
             3 => {
+                let Character { level, blend, .. } = other;
+                self.crowd.set_detail(id, level, blend).unwrap();
+                (told.character.level, told.character.blend) = (level, blend);
+            }
+            4 => {
                 self.crowd.deactivate(id).unwrap();
                 told.is_active = false;
             }
@@ -67,7 +72,9 @@ impl Changing {
         }
     }
 
-    fn check(&self, stage: &Stage, out: &[F32x16]) {
+    /// Returns how many stand in groups of finer levels, and how many play two clips.
+    fn check(&self, stage: &Stage, out: &[F32x16]) -> [usize; 2] {
+        let mut seen = [0; 2];
         for (id, told) in (0..).map(MemberId).zip(&self.told) {
             let slice = match self.crowd.pose_slice(id) {
                 Ok(slice) => slice,
@@ -80,6 +87,8 @@ impl Changing {
             assert!(told.is_active, "{id:?} was taken out");
             let detail = f32::from(told.character.level.0) + told.character.blend;
             assert!(f32::from(slice.level.0) <= detail, "{id:?}");
+            seen[0] += usize::from(slice.level < told.character.level);
+            seen[1] += usize::from(told.character.fade.is_some());
             let expected = stage.drawn(&told.character, self.crowd.time() - told.since, &slice);
             for (joint, expected) in expected.iter().enumerate() {
                 let found = joint_of(out, &slice, joint);
@@ -87,6 +96,7 @@ impl Changing {
                 assert!(apart < 4e-4, "{id:?} joint {joint}: {apart} m");
             }
         }
+        seen
     }
 }
 
@@ -132,7 +142,8 @@ fn characters_change_while_all_are_sorted_again_and_again() {
                 sorted += usize::from(crowd.frame(&input, &mut out).unwrap().sorted);
             }
             if frame % 7 == 0 {
-                changing.check(&stage, &out);
+                let seen = changing.check(&stage, &out);
+                assert!(seen.iter().all(|&count| count > 10), "{seen:?}");
             }
         }
         assert!(sorted > 1 && changed > 100, "{sorted} {changed}");

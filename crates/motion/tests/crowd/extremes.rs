@@ -3,21 +3,20 @@
 
 use super::pose::{NEAR, default, stage};
 use glam::Vec3;
-use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::clips::{joint, small_skeleton, swinging_clip};
 use sabaki_fixtures::crowd::{Stage, crowd_of, furthest, outputs, posed, settings};
-use sabaki_motion::anim::{Joint, JointId, JointKind, Skeleton};
+use sabaki_motion::anim::Skeleton;
 use sabaki_motion::crowd::{Character, LevelId, Output};
 use sabaki_motion::math::Isa;
 
 /// A chain or a comb of so many joints that all turn.
 fn long_skeleton(joints: u16) -> Skeleton {
-    let joint = |index: u16| Joint {
-        name: format!("joint {index}"),
-        parent: (index > 0).then(|| JointId(index - 1 - (index % 5).min(index - 1))),
-        offset: Vec3::new(0.01, 0.02, 0.005),
-        kind: JointKind::Moving,
+    let of = |index: u16| {
+        let parent = (index > 0).then(|| index - 1 - (index % 5).min(index - 1));
+        let offset = Vec3::new(0.01, 0.02, 0.005);
+        joint(&format!("joint {index}"), parent, offset)
     };
-    Skeleton::new((0..joints).map(joint).collect()).unwrap()
+    Skeleton::new((0..joints).map(of).collect()).unwrap()
 }
 
 #[test]

@@ -3,9 +3,9 @@
 
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
-use sabaki_fixtures::crowd::{Stage, crowd_of, furthest, joint_of, outputs, posed, settings};
+use sabaki_fixtures::crowd::{Stage, crowd_of, furthest, outputs, posed, settings};
 use sabaki_import::{ReadOptions, read_clip};
-use sabaki_motion::crowd::{Character, CrowdSettings, LevelId, Output};
+use sabaki_motion::crowd::{CrowdSettings, Output};
 use sabaki_motion::lod::{LevelSettings, Levels};
 use sabaki_motion::math::{F32x16, Isa};
 
@@ -32,8 +32,10 @@ fn poses_are_those_of_double_precision() {
     let characters = stage.characters(300, 7);
     for isa in Isa::available() {
         for output in outputs() {
-            let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
-            assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
+            for seconds in [0.37, 30.0] {
+                let apart = furthest(&stage, &characters, settings(output, isa, 1), seconds);
+                assert!(apart < NEAR, "{isa:?} {output:?}, {seconds} s: {apart} m");
+            }
         }
     }
 }
@@ -112,76 +114,6 @@ fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
                 }
             } else {
                 assert!(bits(&best) == bits(&found), "{isa:?} {output:?}");
-            }
-        }
-    }
-}
-
-#[test]
-fn a_crowd_goes_on_for_a_long_time() {
-    let stage = stage();
-    let characters = stage.characters(200, 5);
-    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
-    let mut out = posed(&mut crowd);
-    let frames = 1800;
-    for frame in 0..frames {
-        crowd.advance(1.0 / 60.0);
-        if frame % 7 == 0 {
-            crowd.pose(&mut out).unwrap();
-        }
-    }
-    let out = posed(&mut crowd);
-    let (mut coarser, mut fading) = (0, 0);
-    for (&id, character) in ids.iter().zip(&characters) {
-        let slice = crowd.pose_slice(id).unwrap();
-        let expected = stage.drawn(character, f64::from(frames) / 60.0, &slice);
-        for (joint, expected) in expected.iter().enumerate() {
-            let found = joint_of(&out, &slice, joint);
-            let apart = found.translation.distance(expected.translation);
-            assert!(apart < NEAR, "{character:?} joint {joint}: {apart} m");
-        }
-        coarser += usize::from(slice.level < character.level);
-        fading += usize::from(character.fade.is_some());
-    }
-    // Some stand in groups of finer levels, and some play two clips.
-    assert!(coarser > 10 && fading > 10, "{coarser} {fading}");
-}
-
-#[test]
-fn characters_change() {
-    let stage = stage();
-    let before = stage.characters(100, 1);
-    let after = stage.characters(100, 2);
-    let (mut crowd, ids) = crowd_of(&stage, &before, default());
-    posed(&mut crowd);
-    for (&id, character) in ids.iter().zip(&after) {
-        crowd
-            .set(
-                id,
-                &Character {
-                    placement: before[0].placement,
-                    ..*character
-                },
-            )
-            .unwrap();
-        crowd.set_level(id, LevelId(1)).unwrap();
-        crowd.place(id, &character.placement).unwrap();
-        crowd
-            .set_detail(id, character.level, character.blend)
-            .unwrap();
-    }
-    let (mut anew, new_ids) = crowd_of(&stage, &after, default());
-    let (out, new_out) = (posed(&mut crowd), posed(&mut anew));
-    for (&id, &new_id) in ids.iter().zip(&new_ids) {
-        let (slice, new) = (
-            crowd.pose_slice(id).unwrap(),
-            anew.pose_slice(new_id).unwrap(),
-        );
-        for (joint, same) in stage.both(&slice, &new) {
-            for number in 0..12 {
-                let found = slice.number(&out, joint, number);
-                let expected = new.number(&new_out, same, number);
-                assert!((found - expected).abs() < 1e-5);
             }
         }
     }

@@ -4,7 +4,7 @@
 use glam::Quat;
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::crowd::{Stage, furthest, outputs, settings};
-use sabaki_motion::anim::{Clip, ClipDesc, Skeleton};
+use sabaki_motion::anim::{Clip, Skeleton};
 use sabaki_motion::crowd::{Character, ClipId, ClipMix, LevelId, Output};
 use sabaki_motion::math::Isa;
 
@@ -12,19 +12,10 @@ use super::pose::{NEAR, stage};
 
 /// A swing in which a joint turns by more than a radian from one frame to the next, twice.
 fn jerking_clip(skeleton: &Skeleton, seed: f32) -> Clip {
-    let clip = swinging_clip(skeleton, 120, seed);
-    let desc = clip.desc();
-    let mut rotations = desc.rotations.to_vec();
+    let mut desc = swinging_clip(skeleton, 120, seed).desc();
     for frame in 40..80 {
-        rotations[frame * skeleton.len() + 1] *= Quat::from_rotation_x(1.3);
+        desc.rotations[frame * skeleton.len() + 1] *= Quat::from_rotation_x(1.3);
     }
-    let desc = ClipDesc {
-        name: desc.name.clone(),
-        frame_rate: desc.frame_rate,
-        roots: desc.roots.to_vec(),
-        rotations,
-        translations: Vec::new(),
-    };
     Clip::new(skeleton, desc).unwrap()
 }
 

@@ -144,13 +144,6 @@ fn largest_step(
     largest
 }
 
-fn without_blend(settings: &SwitchSettings) -> SwitchSettings {
-    SwitchSettings {
-        blend_step: None,
-        ..*settings
-    }
-}
-
 /// The largest steps with and without blending over clips, sides and rules.
 fn nothing_jumps(skeleton: &Skeleton, clips: &[Clip], order: Order) {
     let levels = build(skeleton, clips, order);
@@ -160,7 +153,10 @@ fn nothing_jumps(skeleton: &Skeleton, clips: &[Clip], order: Order) {
             for side in [0.0, 2.0] {
                 let step = |settings| largest_step(skeleton, clip, &levels, settings, side);
                 with = with.max(step(&settings));
-                without = without.max(step(&without_blend(&settings)));
+                without = without.max(step(&SwitchSettings {
+                    blend_step: None,
+                    ..settings
+                }));
             }
         }
     }

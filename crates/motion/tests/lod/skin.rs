@@ -1,12 +1,10 @@
 //! Promise: a mesh that is bound to the full skeleton is drawn at any level, no further from where it should be than
 //! the level says.
 
-use std::f32::consts::TAU;
-
 use glam::{Affine3A, Vec3};
 use sabaki_fixtures::captures::captures;
-use sabaki_fixtures::clips::at_rest;
-use sabaki_fixtures::lod::{build, random_case};
+use sabaki_fixtures::clips::{at_rest, frames_of};
+use sabaki_fixtures::lod::{build, points_of, random_case};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
 use sabaki_motion::lod::{LevelMotion, Levels, LodError, Order, affine};
@@ -17,45 +15,23 @@ struct Vertex {
     joints: [(JointId, f32); 2],
 }
 
-/// A capsule of `radius` around every bone: rings of vertices and two caps. Near a joint, where two capsules share the place, a vertex
-/// hangs on both joints.
-fn capsules(skeleton: &Skeleton, radius: f32) -> Vec<Vertex> {
+/// The points that a level's error is measured at, each bound to its joint; a joint itself hangs on its parent as well.
+fn mesh_of(skeleton: &Skeleton, clip: &Clip, skin: f32) -> Vec<Vertex> {
     let joints = at_rest(skeleton, Vec3::ZERO);
+    let points = points_of(skeleton, &frames_of(skeleton, clip), skin);
     let mut mesh = Vec::new();
-    for id in skeleton.ids().skip(1) {
-        let parent = skeleton.joint(id).parent.unwrap();
-        let (from, to) = (
-            joints[parent.index()].translation,
-            joints[id.index()].translation,
-        );
-        let Some(along) = (to - from).try_normalize() else {
-            continue;
-        };
-        let (u, v) = along.any_orthonormal_pair();
-        let length = from.distance(to);
-        for ring in -4..=14 {
-            // Caps of three rings beyond either end.
-            let at = ring as f32 / 10.0;
-            let (centre, width) = if at < 0.0 {
-                let angle = -at / 0.4 * TAU / 4.0;
-                (from - along * radius * angle.sin(), radius * angle.cos())
-            } else if at > 1.0 {
-                let angle = (at - 1.0) / 0.4 * TAU / 4.0;
-                (to + along * radius * angle.sin(), radius * angle.cos())
-            } else {
-                (from + along * length * at, radius)
-            };
-            for spoke in 0..8 {
-                let angle = spoke as f32 * TAU / 8.0;
-                let place = centre + width * (angle.cos() * u + angle.sin() * v);
-                let is_in_both = place.distance(to) <= radius;
-                let bends = is_in_both && skeleton.children(id).next().is_some();
-                let share = if bends { 0.5 } else { 0.0 };
-                mesh.push(Vertex {
-                    place,
-                    joints: [(parent, 1.0 - share), (id, share)],
-                });
-            }
+    for id in skeleton.ids() {
+        for &point in &points[id.index()] {
+            mesh.push(Vertex {
+                place: joints[id.index()].point(point),
+                joints: [(id, 1.0), (id, 0.0)],
+            });
+        }
+        if let Some(parent) = skeleton.joint(id).parent {
+            mesh.push(Vertex {
+                place: joints[id.index()].translation,
+                joints: [(parent, 0.5), (id, 0.5)],
+            });
         }
     }
     mesh
@@ -89,10 +65,10 @@ fn inverse_binds(skeleton: &Skeleton) -> Vec<Affine3A> {
     joints.iter().map(|joint| affine(joint).inverse()).collect()
 }
 
-/// Draws capsules at every level and holds them to the level's error.
+/// Draws a mesh at every level and holds it to the level's error.
 fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
     let levels = build(skeleton, std::slice::from_ref(clip), order);
-    let mesh = capsules(skeleton, levels.skin);
+    let mesh = mesh_of(skeleton, clip, levels.skin);
     let inverse_binds = inverse_binds(skeleton);
     let full = LevelMotion::new(skeleton, clip, &levels.levels[0]).unwrap();
     let mut in_full = Vec::new();
@@ -128,10 +104,10 @@ fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
 }
 
 #[test]
-fn capsules_on_random_skeletons() {
+fn meshes_on_random_skeletons() {
     for seed in 0..30 {
         let (skeleton, clip) = random_case(&mut Random::new(8000 + seed));
-        // Capsules are made around the skeleton's bones: a clip that stretches them has others.
+        // Meshes are made around the skeleton's bones: a clip that stretches them has others.
         if clip.desc().translations.is_empty() {
             check(
                 &skeleton,
@@ -143,7 +119,7 @@ fn capsules_on_random_skeletons() {
 }
 
 #[test]
-fn capsules_in_the_embedded_motions() {
+fn meshes_in_the_embedded_motions() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
     for clip in motions.clips.iter().step_by(5) {
         check(&motions.skeleton, clip, Order::Energy);
@@ -153,7 +129,7 @@ fn capsules_in_the_embedded_motions() {
 
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
-fn capsules_in_captures() {
+fn meshes_in_captures() {
     let set = captures("fight");
     for clip in set.clips.iter().step_by(9) {
         check(&set.skeleton, clip, Order::Energy);
@@ -183,7 +159,7 @@ fn a_mesh_of_one_joint_and_binds_that_do_not_fit() {
     let mut palette = Vec::new();
     let binds = root.binds(&inverse_binds).unwrap();
     root.palette(&[Affine3A::IDENTITY], &binds, &mut palette);
-    for vertex in capsules(&skeleton, 0.05) {
+    for vertex in mesh_of(&skeleton, &clip, 0.05) {
         assert!(skinned(&vertex, &palette).distance(vertex.place) < 1e-5);
     }
 }
