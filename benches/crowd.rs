@@ -58,8 +58,6 @@ fn measure(report: &mut Report) {
             default(),
         );
     }
-    let busy = || Scene::busy(COUNT);
-    frames(report, "eight clips, placed and faded", busy, default());
     for speed in [0.0, 1.5, 5.0] {
         whole_frame(report, speed);
     }

@@ -67,9 +67,9 @@ fn every_file_that_is_named_is_there() {
 /// The rows of a table whose first two cells are a name in backticks and a number.
 fn limits() -> BTreeMap<&'static str, f64> {
     let rows = PAGES[3].1.lines().filter_map(|line| {
-        let mut cells = line.split('|').map(str::trim).skip(1);
-        let name = cells.next()?.strip_prefix('`')?.strip_suffix('`')?;
-        Some((name, cells.next()?.parse().unwrap()))
+        let cells = cells(line);
+        let name = cells.first()?.strip_prefix('`')?.strip_suffix('`')?;
+        Some((name, cells[1].parse().unwrap()))
     });
     rows.collect()
 }

@@ -31,5 +31,11 @@ mod limits;
 mod maps;
 mod query;
 
+/// The largest distance between two points with the same index.
+fn furthest(a: &[glam::Vec3], b: &[glam::Vec3]) -> f32 {
+    let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+    apart.fold(0.0, f32::max)
+}
+
 #[global_allocator]
 static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use sabaki::anim::{Clip, ClipDesc, Skeleton};
-use sabaki::crowd::{
-    AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId, Placement,
-};
+use sabaki::crowd::{AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId};
 use sabaki::lod::{LevelMotion, LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki_fixtures::demo;
@@ -29,31 +27,6 @@ impl Scene {
     /// Everybody plays the walk with all joints, at a moment and a speed of their own.
     pub(crate) fn one_clip(count: usize) -> Self {
         Self::of(vec![walk().1], count)
-    }
-
-    /// Eight clips (the walk, begun later and later), a place for each, a second clip for every tenth.
-    pub(crate) fn busy(count: usize) -> Self {
-        let walk = walk().1;
-        let clips = (0..8).map(|index| cut(&walk, 20 * index..walk.frames()));
-        let mut scene = Self::of(clips.collect(), count);
-        let mut random = Random::new(2);
-        for (index, character) in scene.characters.iter_mut().enumerate() {
-            character.placement = Placement {
-                ground: Rigid2::new(
-                    random.float(-3.0, 3.0),
-                    random.float(-100.0, 100.0),
-                    random.float(-100.0, 100.0),
-                ),
-                height: random.float(0.0, 1.0),
-            };
-            character.fade = (index % 10 == 0).then(|| ClipMix {
-                clip: ClipId(random.float(0.0, 8.0) as u32),
-                time: random.float(0.0, 60.0),
-                speed: 1.0,
-                weight: random.float(0.0, 1.0),
-            });
-        }
-        scene
     }
 
     /// Clips of two seconds that begin later and later, without levels of detail: hardly any two characters are near each

@@ -60,24 +60,17 @@ impl Renderer {
                 .format(FORMAT)
                 .subresource_range(WHOLE);
             use vk::BufferUsageFlags as Usage;
-            let vertices = BufferDesc {
-                size: (MOST_INSTANCES * size_of::<Instance>()) as u64,
-                usage: Usage::VERTEX_BUFFER,
-                memory: MemoryUse::Upload,
-            };
-            let readback = BufferDesc {
-                size: PIXELS,
-                usage: Usage::TRANSFER_DST,
-                memory: MemoryUse::Readback,
-            };
+            let bytes = (MOST_INSTANCES * size_of::<Instance>()) as u64;
+            let instances = (Usage::VERTEX_BUFFER, MemoryUse::Upload);
+            let pixels = (Usage::TRANSFER_DST, MemoryUse::Readback);
             Ok(Self {
                 queue: device.get_device_queue(queue_family, 0),
                 commands: (pool, cmd),
                 fence: device.create_fence(&vk::FenceCreateInfo::default(), None)?,
                 image,
                 view: device.create_image_view(&info, None)?,
-                instances: buffer(device, memory, vertices)?,
-                pixels: buffer(device, memory, readback)?,
+                instances: buffer(device, memory, bytes, instances)?,
+                pixels: buffer(device, memory, PIXELS, pixels)?,
                 pipeline: pipeline(device)?,
                 device: device.clone(),
             })
@@ -249,30 +242,22 @@ unsafe fn image(device: &ash::Device, memory: &mut dyn Memory) -> Outcome<(vk::I
     }
 }
 
-/// A buffer to create.
-struct BufferDesc {
-    size: u64,
-    usage: vk::BufferUsageFlags,
-    memory: MemoryUse,
-}
-
 /// # Safety
 /// The device is valid.
 unsafe fn buffer(
     device: &ash::Device,
     memory: &mut dyn Memory,
-    desc: BufferDesc,
+    size: u64,
+    (usage, memory_use): (vk::BufferUsageFlags, MemoryUse),
 ) -> Outcome<(vk::Buffer, Block)> {
-    let info = vk::BufferCreateInfo::default()
-        .size(desc.size)
-        .usage(desc.usage);
+    let info = vk::BufferCreateInfo::default().size(size).usage(usage);
     // SAFETY: the caller vouches for the device.
     unsafe {
         let buffer = device.create_buffer(&info, None)?;
         let block = memory.allocate(&MemoryDesc {
             name: "buffer",
             requirements: device.get_buffer_memory_requirements(buffer),
-            usage: desc.memory,
+            usage: memory_use,
             resource: Resource::Buffer(buffer),
             prefers_dedicated: false,
         })?;

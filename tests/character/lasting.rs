@@ -9,17 +9,13 @@ use sabaki::character::{
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
 
-use super::world::{FRAME, count, game, joints, pelvis, play, steps, walk};
+use super::world::{FRAME, count, game, joints, pelvis, place, play, steps, walk, way};
 
 /// One character at the origin that has stood for a while.
 fn one() -> (Characters, CharacterId) {
     let (mut game, [id]) = game::<1>();
     play(&mut game, 30);
     (game, id)
-}
-
-fn place(game: &Characters, id: CharacterId) -> Vec2 {
-    game.place(id).unwrap().ground()
 }
 
 /// Hits and misses among events.
@@ -173,9 +169,7 @@ fn a_threat_that_is_gone_holds_nobody() {
     game.remove(ball).unwrap();
     game.steer(id, Goal::Stop).unwrap();
     play(&mut game, 60);
-    let stopped = place(&game, id);
-    play(&mut game, 60);
-    let went = place(&game, id).distance(stopped);
+    let went = way(&mut game, id, 60).length();
     assert!(went < 0.25, "{went} m in a second");
 }
 

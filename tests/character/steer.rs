@@ -7,7 +7,7 @@ use sabaki::anim::Pose;
 use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal};
 use sabaki::math::Rigid2;
 
-use super::world::{self, FRAME, characters, game, play};
+use super::world::{self, FRAME, characters, game, play, way};
 
 fn walk(heading: f32, speed: f32) -> Goal {
     world::walk(Vec3::new(heading.sin(), 0.0, heading.cos()) * speed)
@@ -21,9 +21,7 @@ fn a_character_walks_where_it_is_told() {
         let heading = turn as f32 * TAU * 0.39;
         characters.steer(id, walk(heading, 0.8)).unwrap();
         play(&mut characters, 90);
-        let from = characters.place(id).unwrap().ground();
-        play(&mut characters, 60);
-        let way = characters.place(id).unwrap().ground() - from;
+        let way = way(&mut characters, id, 60);
         let wanted = Vec2::new(heading.sin(), heading.cos());
         let off = way.angle_to(wanted).abs().to_degrees();
         assert!(off < 15.0, "turn {turn}: {off} degrees off");
@@ -44,9 +42,7 @@ fn a_slowest_rate_above_that_of_the_clips_is_kept_in_turns() {
     }
     characters.steer(id, walk(0.0, 3.0)).unwrap();
     play(&mut characters, 120);
-    let from = characters.place(id).unwrap().ground();
-    play(&mut characters, 60);
-    let way = characters.place(id).unwrap().ground().distance(from);
+    let way = way(&mut characters, id, 60).length();
     assert!(way > 0.3, "{way} m in a second");
 }
 
@@ -192,9 +188,7 @@ fn a_body_is_taken_back_from_any_pose_with_its_speed() {
     let goes = (later.root - now.root) - (now.root - before.root);
     assert!(goes.length() < 0.01, "{goes}");
     play(&mut characters, 120);
-    let from = characters.place(id).unwrap().ground();
-    play(&mut characters, 60);
-    let way = characters.place(id).unwrap().ground().distance(from);
+    let way = way(&mut characters, id, 60).length();
     assert!(way > 0.4, "{way} m");
     let of_no_joints = characters.resume(id, [&Pose::default(), &now], FRAME);
     assert!(of_no_joints.is_err());

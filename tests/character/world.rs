@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use sabaki::anim::JointTransform;
 use sabaki::character::{
     CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, Threat,
@@ -92,6 +92,17 @@ pub(super) fn joints(characters: &mut Characters, id: CharacterId) -> Vec<JointT
 
 pub(super) fn pelvis(characters: &mut Characters, id: CharacterId) -> Vec3 {
     joints(characters, id)[0].translation
+}
+
+pub(super) fn place(game: &Characters, id: CharacterId) -> Vec2 {
+    game.place(id).unwrap().ground()
+}
+
+/// The way of a character over the ground within some frames.
+pub(super) fn way(game: &mut Characters, id: CharacterId, frames: usize) -> Vec2 {
+    let from = place(game, id);
+    play(game, frames);
+    place(game, id) - from
 }
 
 /// A [`ball`] at each.

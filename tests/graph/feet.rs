@@ -13,6 +13,8 @@ use sabaki_fixtures::baked::{embedded, embedded_graph};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::{joints_of, source};
 
+use crate::furthest;
+
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);
 const BLENDED: Sample = MotionGraph::sample_blend;
 const KEPT: Sample = MotionGraph::sample_edge;
@@ -31,12 +33,6 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
     let mut pose = Pose::default();
     sample(graph, edge, frame, &mut pose);
     places(graph, &pose)
-}
-
-/// The largest distance between two places with the same index.
-fn most_apart(a: &[Vec3], b: &[Vec3]) -> f32 {
-    let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
-    apart.fold(0.0, f32::max)
 }
 
 #[test]
@@ -204,15 +200,15 @@ fn both_ends_of_a_transition_are_the_clips_own(graph: &MotionGraph) {
         graph.clip(to.clip).pose(to.frame as usize, &mut pose);
         pose.place(graph.clip_change(id));
         let last = places(graph, &pose);
-        let furthest = |pure: &[Vec3], frame| most_apart(pure, &places_at(graph, KEPT, id, frame));
+        let off_by = |pure: &[Vec3], frame| furthest(pure, &places_at(graph, KEPT, id, frame));
         // Far from the origin a place has few digits left.
         let sizes = first.iter().chain(&last).map(|place| place.length());
         let size = sizes.fold(1.0, f32::max);
         for (pure, frame, inside) in [(&first, 0.0, 1e-3), (&last, end, end - 1e-3)] {
-            let off = furthest(pure, frame);
+            let off = off_by(pure, frame);
             assert!(off < 1e-5 * size, "{id:?}: {off}");
             // And it is not left by a jump: a thousandth of a frame later it is still there.
-            let near = furthest(pure, inside);
+            let near = off_by(pure, inside);
             assert!(near < 1e-3, "{id:?}: {near} m within 1/30000 s");
         }
     }
@@ -224,7 +220,7 @@ fn fastest(graph: &MotionGraph, sample: Sample, id: EdgeId) -> f32 {
     let mut before = places_at(graph, sample, id, 0.0);
     for step in 1..=4 * graph.edge(id).frames {
         let now = places_at(graph, sample, id, step as f32 / 4.0);
-        fastest = fastest.max(most_apart(&before, &now));
+        fastest = fastest.max(furthest(&before, &now));
         before = now;
     }
     fastest

@@ -13,6 +13,8 @@ use sabaki_fixtures::balls::{BallThrower, TimedThrow};
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::throw::Throw;
 
+use crate::furthest;
+
 mod alloc;
 mod answer;
 mod cull_cpu;
@@ -68,12 +70,6 @@ fn centres(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<Vec3> {
         .body()
         .centres(&joints(baked, motion, seconds).1, &mut out);
     out
-}
-
-/// The largest distance between two points with the same index.
-fn furthest(a: &[Vec3], b: &[Vec3]) -> f32 {
-    let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
-    apart.fold(0.0, f32::max)
 }
 
 /// The smallest distance of body and attack, at `rate` moments a second.

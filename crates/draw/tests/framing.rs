@@ -9,6 +9,7 @@ use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, Formation, FormationSetti
 use sabaki_fixtures::demo;
 
 use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::throw::key;
 
 const SIZE: [u32; 2] = [640, 400];
 
@@ -35,13 +36,7 @@ pub(super) fn dodge(
 }
 
 fn ball(from: Vec3, to: Vec3, seconds: [f32; 2]) -> Vec<SphereKey> {
-    let keys = [(from, seconds[0]), (to, seconds[1])];
-    keys.map(|(center, t)| SphereKey {
-        t,
-        center,
-        radius: 0.1,
-    })
-    .into()
+    vec![key(seconds[0], from, 0.1), key(seconds[1], to, 0.1)]
 }
 
 #[test]
@@ -147,14 +142,18 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
     }
 }
 
-#[test]
-fn enclosed_spheres_are_inside_of_the_picture_and_one_of_them_touches_its_edge() {
-    let camera = Camera::orbit(Orbit {
+fn orbit(up: f32, distance: f32) -> Camera {
+    Camera::orbit(Orbit {
         target: Vec3::new(0.3, 1.0, -0.2),
         around: 0.7,
-        up: 0.2,
-        distance: 0.5,
-    });
+        up,
+        distance,
+    })
+}
+
+#[test]
+fn enclosed_spheres_are_inside_of_the_picture_and_one_of_them_touches_its_edge() {
+    let camera = orbit(0.2, 0.5);
     let places = [
         Vec3::ZERO,
         Vec3::new(1.5, 1.8, 1.0),
@@ -175,12 +174,7 @@ fn enclosed_spheres_are_inside_of_the_picture_and_one_of_them_touches_its_edge()
 
 #[test]
 fn a_pixel_is_seen_where_its_ray_goes() {
-    let camera = Camera::orbit(Orbit {
-        target: Vec3::new(0.3, 1.0, -0.2),
-        around: 0.7,
-        up: 0.3,
-        distance: 4.0,
-    });
+    let camera = orbit(0.3, 4.0);
     let size = [640, 360];
     let middle = camera.pixel(camera.target, size).unwrap();
     assert!(middle.distance(Vec2::new(320.0, 180.0)) < 1e-2, "{middle}");

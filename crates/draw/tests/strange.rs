@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::Vec3;
 use sabaki::anim::{Joint, JointId, JointTransform, Skeleton};
 use sabaki::gpu::GpuError;
-use sabaki::maps::SphereKey;
 use sabaki::math::F32x16;
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
@@ -17,6 +16,7 @@ use sabaki_fixtures::demo;
 
 use super::framing::dodge;
 use super::{SIZE, empty, end};
+use sabaki_fixtures::throw::key;
 use sabaki_fixtures::{device, finish};
 
 fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
@@ -208,12 +208,7 @@ fn sizes_beyond_all_memory_are_refused() {
 
 /// A ball that crosses the middle of the world, and its playback.
 fn playback(half: Vec3, settings: &DodgeSettings, check: impl FnOnce(&Dodge<'_>)) {
-    let key = |t, center| SphereKey {
-        t,
-        center: Vec3::Y + center,
-        radius: 0.1,
-    };
-    let ball = vec![key(0.6, -half), key(1.4, half)];
+    let ball = vec![key(0.6, Vec3::Y - half, 0.1), key(1.4, Vec3::Y + half, 0.1)];
     dodge(vec![ball], settings, |_, dodge| check(dodge));
 }
 

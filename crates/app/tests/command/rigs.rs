@@ -113,20 +113,15 @@ fn as_fbx(LoadedClip { skeleton, clip, .. }: &LoadedClip) -> String {
         let parent = joint.parent.map_or(0, |parent| model(parent.index()));
         let _ = write!(links, "C: \"OO\",{id},{parent}\nC: \"OO\",{bone},{id}\n");
     }
-    let settings = [
-        ("UpAxis", 1),
-        ("UpAxisSign", 1),
-        ("FrontAxis", 2),
-        ("FrontAxisSign", 1),
-        ("CoordAxis", 0),
-        ("CoordAxisSign", 1),
-    ];
-    let settings: String = settings
-        .iter()
-        .map(|(name, value)| format!("P: \"{name}\", \"int\", \"Integer\", \"\",{value}\n"))
-        .collect();
+    const AXES: &str = r#"P: "UpAxis", "int", "Integer", "",1
+P: "UpAxisSign", "int", "Integer", "",1
+P: "FrontAxis", "int", "Integer", "",2
+P: "FrontAxisSign", "int", "Integer", "",1
+P: "CoordAxis", "int", "Integer", "",0
+P: "CoordAxisSign", "int", "Integer", "",1
+"#;
     format!(
-        "; FBX 7.4.0 project file\nFBXHeaderExtension: {{ FBXHeaderVersion: 1003\nFBXVersion: 7400\n}}\nGlobalSettings: {{ Version: 1000\nProperties70: {{ {settings}P: \"UnitScaleFactor\", \"double\", \"Number\", \"\",1\nP: \"TimeMode\", \"enum\", \"\", \"\",14\nP: \"CustomFrameRate\", \"double\", \"Number\", \"\",{}\n}}\n}}\nObjects: {{\n{objects}}}\nConnections: {{\n{links}}}\n",
+        "; FBX 7.4.0 project file\nFBXHeaderExtension: {{ FBXHeaderVersion: 1003\nFBXVersion: 7400\n}}\nGlobalSettings: {{ Version: 1000\nProperties70: {{ {AXES}P: \"UnitScaleFactor\", \"double\", \"Number\", \"\",1\nP: \"TimeMode\", \"enum\", \"\", \"\",14\nP: \"CustomFrameRate\", \"double\", \"Number\", \"\",{}\n}}\n}}\nObjects: {{\n{objects}}}\nConnections: {{\n{links}}}\n",
         desc.frame_rate
     )
 }

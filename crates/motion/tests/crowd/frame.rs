@@ -5,7 +5,7 @@ use super::pose::default;
 use glam::Vec3;
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::crowd::{Stage, crowd_of, settings};
-use sabaki_motion::crowd::{Character, Crowd, Frame, Layout, MemberId, Output, Placement};
+use sabaki_motion::crowd::{Character, Crowd, Frame, Layout, MemberId, Output};
 use sabaki_motion::lod::{LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa};
 use std::sync::Arc;
@@ -60,11 +60,6 @@ fn eye(frame: usize) -> Vec3 {
     }
 }
 
-fn position(character: &Character) -> Vec3 {
-    let Placement { ground, height } = character.placement;
-    Vec3::new(ground.x, height, ground.z)
-}
-
 /// The crowd of the single calls: levels chosen one by one.
 struct Reference {
     characters: Vec<Character>,
@@ -74,7 +69,7 @@ struct Reference {
 impl Reference {
     fn choose(&mut self, switching: &Switching, eye: Vec3) {
         for (character, level) in self.characters.iter_mut().zip(&mut self.levels) {
-            let distance = position(character).distance(eye);
+            let distance = character.placement.position().distance(eye);
             let choice = switching.choose(distance, Some(*level));
             *level = choice.level;
             (character.level, character.blend) = (choice.level, choice.blend);
