@@ -7,7 +7,6 @@ mod skins;
 mod strange;
 
 use glam::{Vec2, Vec3};
-use sabaki::gpu::GpuError;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::maps::{BitMap, Body};
 use sabaki::math::{Rigid2, Sphere};
@@ -22,6 +21,7 @@ use sabaki_fixtures::cull::map_rect;
 use sabaki_fixtures::demo::{self, Motions};
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::{device, shim};
+use strange::limit_of;
 
 const SIZE: [u32; 2] = [240, 160];
 const RED: [f32; 4] = [0.9, 0.1, 0.05, 1.0];
@@ -286,14 +286,10 @@ fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
         ..StageDesc::default()
     };
     let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
-    let limit_of = |error: GpuError| match error {
-        GpuError::Limit { limit, .. } => limit,
-        other => panic!("{other}"),
-    };
     let mut shot = empty();
     shot.solids = vec![ball_of(Vec3::Y, 0.1, RED); 4];
-    let error = painter.paint(&shot, None).unwrap_err();
-    assert_eq!(limit_of(error), "StageDesc::max_capsules");
+    let refused = painter.paint(&shot, None);
+    assert_eq!(limit_of(refused), "StageDesc::max_capsules");
     let mut shot = empty();
     shot.layers.push(Layer {
         map: BitMap::new(map_rect(0, 0, 33, 2)),
@@ -302,8 +298,8 @@ fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
         height: 0.0,
         colour: RED,
     });
-    let error = painter.paint(&shot, None).unwrap_err();
-    assert_eq!(limit_of(error), "StageDesc::max_map_words");
+    let refused = painter.paint(&shot, None);
+    assert_eq!(limit_of(refused), "StageDesc::max_map_words");
     painter.paint(&empty(), None).unwrap();
     end(painter);
 }

@@ -47,14 +47,6 @@ fn skin_of(bones: Vec<MeshBone>) -> Arc<Skin> {
     Arc::new(Skin { mesh: 0, bones })
 }
 
-/// A skin of one bone, the joint 1.
-fn one_bone() -> Arc<Skin> {
-    skin_of(vec![MeshBone {
-        joint: JointId(1),
-        bind: JointTransform::IDENTITY,
-    }])
-}
-
 fn at(translation: Vec3) -> JointTransform {
     JointTransform {
         rotation: Quat::from_rotation_y(0.7),
@@ -77,7 +69,10 @@ fn skinned_meshes_are_where_their_joints_are() {
     let floor = paint(&mut painter, &empty());
     let (a, b) = (Vec3::new(0.8, 1.2, 0.0), Vec3::new(-0.8, 0.9, 0.0));
     let seen = |place| camera().pixel(place, SIZE).unwrap();
-    let skin = one_bone();
+    let skin = skin_of(vec![MeshBone {
+        joint: JointId(1),
+        bind: JointTransform::IDENTITY,
+    }]);
     let mut shot = empty();
     let mut body = SkinnedBody::new(&skin, &[at(Vec3::ZERO), at(a)]);
     shot.skinned.push(body.clone());

@@ -19,7 +19,7 @@ use super::{SIZE, empty, end};
 use sabaki_fixtures::throw::key;
 use sabaki_fixtures::{device, finish};
 
-fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
+pub(super) fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
     match result {
         Err(GpuError::Limit { limit, .. }) => limit,
         Err(other) => panic!("{other}"),
