@@ -491,8 +491,8 @@ impl HeldFoot {
 /// Maximum number of legs.
 pub(crate) const MOST_LEGS: usize = 8;
 
-/// Where the offsets of a blend move the feet of the new motion. Where they would bring two feet nearer to each other than they are in the new
-/// motion, the higher one gives way, so that the legs do not cross.
+/// Where the offsets of a blend move the feet of the new motion. Where they would bring two feet nearer to each other sideways than they are in
+/// the new motion, the higher one gives way, so that the legs do not cross. Feet that pass each other, one ahead of the other, are left alone.
 pub(crate) fn leg_targets(
     offsets: &[FootDecay],
     feet: &[LegPose],
@@ -507,8 +507,9 @@ pub(crate) fn leg_targets(
     if let &[left, right] = feet {
         let before = left.at_toe.translation - right.at_toe.translation;
         let after = targets[0].at_toe.translation - targets[1].at_toe.translation;
+        let sideways = (left.hip - right.hip).with_y(0.0).normalize_or_zero();
         // At the cut the pose is that of the old motion.
-        let apart = keep_apart(before, after) * (1.0 - weights.value);
+        let apart = keep_apart(before, after, sideways) * (1.0 - weights.value);
         let [left, right] = [after.y, -after.y].map(|higher| higher.max(0.0) + LEVEL);
         targets[0].at_toe.translation += apart * (left / (left + right));
         targets[1].at_toe.translation -= apart * (right / (left + right));
@@ -516,16 +517,12 @@ pub(crate) fn leg_targets(
     targets
 }
 
-/// What has to be added to the way over the ground from one foot to the other, which was `before` and would be `after`.
-fn keep_apart(before: Vec3, after: Vec3) -> Vec3 {
+/// What has to be added to the way from one foot to the other, which was `before` and would be `after`, in the direction from hip to hip.
+fn keep_apart(before: Vec3, after: Vec3, sideways: Vec3) -> Vec3 {
     /// Feet that are further apart may come nearer, to this distance, in metres.
     const NEAR: f32 = 0.2;
-    let before = before.with_y(0.0);
-    let Some(direction) = before.try_normalize() else {
-        return Vec3::ZERO;
-    };
-    let least = before.length().min(NEAR);
-    direction * (least - after.dot(direction)).max(0.0)
+    let least = before.dot(sideways).min(NEAR);
+    sideways * (least - after.dot(sideways)).max(0.0)
 }
 
 /// Duration of offsets that are 0, in seconds.
@@ -551,6 +548,8 @@ pub(crate) struct LegPose {
     pub(crate) at_toe: JointTransform,
     /// Hinge of the knee, as from [`Leg::knee_hinge`].
     pub(crate) hinge: Vec3,
+    /// Position of the hip.
+    pub(crate) hip: Vec3,
 }
 
 /// Target of a leg in a blend.
@@ -565,11 +564,14 @@ impl LegPose {
     pub(crate) const ORIGIN: Self = Self {
         at_toe: JointTransform::IDENTITY,
         hinge: Vec3::ZERO,
+        hip: Vec3::ZERO,
     };
 
     pub(crate) fn from_pose(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
-        let ankle = Chain::of(skeleton, pose).global(leg.foot);
+        let chain = Chain::of(skeleton, pose);
+        let ankle = chain.global(leg.foot);
         Self {
+            hip: chain.global(leg.hip).translation,
             at_toe: JointTransform {
                 translation: ankle.point(toe_in_ankle(skeleton, pose, leg)),
                 ..ankle
@@ -704,7 +706,7 @@ impl FootDecay {
     }
 
     /// Adds the offset to a leg of the new motion.
-    fn moved(&self, LegPose { at_toe, hinge }: LegPose, weights: Weights) -> LegTarget {
+    fn moved(&self, LegPose { at_toe, hinge, .. }: LegPose, weights: Weights) -> LegTarget {
         let lift = Vec3::Y * self.lift(weights);
         let mut place = at_toe.translation + self.offset(weights) + lift;
         place.y = place.y.max(at_toe.translation.y.min(self.floor));
@@ -784,6 +786,7 @@ mod tests {
                 ..JointTransform::IDENTITY
             },
             hinge: Vec3::ZERO,
+            hip: Vec3::new(x.signum() * 0.1, 1.0, 0.0),
         };
         // The old motion has the standing foot further in, and the other one swings past it.
         let (stands, swings) = (leg(0.1, 0.0), leg(-0.05, 0.1));
