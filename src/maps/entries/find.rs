@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 const MOMENT_STEP: u32 = 3;
 /// Maximum number of entries of a moment.
 const MOST: usize = 64;
+/// A moment with fewer entries has those within the widest limits.
+const FEW: usize = 8;
 /// Maximum duration of a stretch of a clip without an entry, an exit, or a choice of edges, in seconds. In longer stretches, exits may use the
 /// maxima of the clips as limits.
 const UNBRANCHED: f32 = 0.8;
@@ -28,9 +30,7 @@ impl EntryTable {
         threads: usize,
         watch: &dyn BakeWatch,
     ) -> Result<Self, Stopped> {
-        let (mut measured, places) = (MeasuredMotion::new(graph, threads), ClipPlaces::new(graph));
-        let limits = measured.limits(Plausibility::USUAL);
-        let utmost = measured.limits(Plausibility::UTMOST);
+        let (limits, places) = (Limits::new(graph, threads), ClipPlaces::new(graph));
         let goals = Goals::new(graph, evasions, &limits, &places, threads);
         let found = match shares.is_empty() {
             true => goals.search(MomentShare::ALL, threads, watch)?,
@@ -39,7 +39,7 @@ impl EntryTable {
         let mut table = Self {
             step: MOMENT_STEP,
             first_moment: first_moments(graph),
-            limits: limits.clone(),
+            limits: limits.usual.clone(),
             targets: goals.targets,
             ..Self::default()
         };
@@ -50,7 +50,7 @@ impl EntryTable {
             table.layers.push(&found.layers);
         }
         table.exit_targets = goals.exits.targets.iter().map(Into::into).collect();
-        let exits = goals.exits.within_utmost(&utmost);
+        let exits = goals.exits.within_utmost(&limits.utmost);
         table.shorten_stretches(&exits, watch.stage(BakeStage::Exits, threads));
         watch.check()?;
         Ok(table)
@@ -67,7 +67,7 @@ impl EntryShare {
         watch: &dyn BakeWatch,
     ) -> Result<Self, Stopped> {
         let places = ClipPlaces::new(graph);
-        let limits = MeasuredMotion::new(graph, threads).limits(Plausibility::USUAL);
+        let limits = Limits::new(graph, threads);
         let goals = Goals::new(graph, evasions, &limits, &places, threads);
         goals.search(share, threads, watch).map(Self)
     }
@@ -83,10 +83,28 @@ fn first_moments(graph: &MotionGraph) -> Vec<u32> {
     firsts
 }
 
+/// The usual limits of plausible motion and the widest.
+struct Limits {
+    usual: MotionLimits,
+    utmost: MotionLimits,
+}
+
+impl Limits {
+    fn new(graph: &MotionGraph, threads: usize) -> Self {
+        let mut measured = MeasuredMotion::new(graph, threads);
+        Self {
+            usual: measured.limits(Plausibility::USUAL),
+            utmost: measured.limits(Plausibility::UTMOST),
+        }
+    }
+}
+
 /// The search for the entries, exits and layers of moments.
 struct Goals<'a> {
     targets: Vec<EntryTarget>,
     entries: Finder<'a>,
+    /// Entries of moments that have [`FEW`].
+    widest: Finder<'a>,
     exits: Finder<'a>,
     layers: LayerSource,
 }
@@ -103,19 +121,22 @@ impl<'a> Goals<'a> {
     fn new(
         graph: &'a MotionGraph,
         evasions: &[Evasion],
-        limits: &'a MotionLimits,
+        limits: &'a Limits,
         places: &'a ClipPlaces,
         threads: usize,
     ) -> Self {
+        let Limits { usual, utmost } = limits;
         let targets = targets(graph, places, evasions);
         let frames = targets
             .iter()
             .map(|target| ClipFrame::new(graph, target.edge, target.edge_frame));
-        let finder = |targets, ways| Finder::new(graph, limits, places, targets, ways, threads);
+        let frames: Vec<ClipFrame> = frames.collect();
+        let finder = |targets, ways| Finder::new(graph, usual, places, targets, ways, threads);
         Self {
-            entries: finder(frames.collect(), Ways::ENTRIES),
+            widest: finder(frames.clone(), Ways::ENTRIES).within_utmost(utmost),
+            entries: finder(frames, Ways::ENTRIES),
             exits: finder(natural(graph), Ways::EXITS),
-            layers: LayerSource::new(graph, limits, evasions, &targets),
+            layers: LayerSource::new(graph, usual, evasions, &targets),
             targets,
         }
     }
@@ -159,8 +180,12 @@ impl<'a> Goals<'a> {
             return MomentFound::default();
         };
         let from = self.entries.depart(before, &mut scratch.sampler);
+        let mut entries = self.entries.entries(&from, MOST, scratch);
+        if entries.len() < FEW {
+            entries = self.widest.entries(&from, MOST, scratch);
+        }
         MomentFound {
-            entries: self.entries.entries(&from, MOST, scratch),
+            entries,
             exits: self.exits.exits(&from, scratch),
             layers: self.entries.layers(&from, &self.layers, layers),
         }

@@ -49,8 +49,8 @@ impl Ways {
 pub(crate) struct Finder<'a> {
     pub(crate) graph: &'a MotionGraph,
     pub(crate) limits: &'a MotionLimits,
-    /// Whether the toes may be as fast as before the cut, if that is above the limit.
-    pub(crate) toe_slows: bool,
+    /// Whether the limits are the widest. The toes may then be as fast as before the cut, if that is above the limit.
+    pub(crate) is_widest: bool,
     pub(crate) places: &'a ClipPlaces,
     pub(crate) targets: Vec<ClipFrame>,
     pub(crate) head: JointId,
@@ -106,7 +106,7 @@ impl<'a> Finder<'a> {
         Self {
             graph,
             limits,
-            toe_slows: false,
+            is_widest: false,
             places,
             head,
             facing,
@@ -139,7 +139,7 @@ impl<'a> Finder<'a> {
     pub(crate) fn within_utmost(self, utmost: &'a MotionLimits) -> Self {
         Self {
             limits: utmost,
-            toe_slows: true,
+            is_widest: true,
             ..self
         }
     }
@@ -156,8 +156,9 @@ impl<'a> Finder<'a> {
             if found.len() == most {
                 break;
             }
+            // Within the widest limits a long blend may let the body go on beyond the target's hips.
             let aligned = self.align(from, target);
-            if let Some(aligned) = aligned.filter(|aligned| aligned.goes_on) {
+            if let Some(aligned) = aligned.filter(|aligned| aligned.goes_on || self.is_widest) {
                 found.extend(self.plausible(from, aligned, scratch));
             }
         }
@@ -181,7 +182,7 @@ impl<'a> Finder<'a> {
             entered: &entered[rate],
             align: to.align,
             stands: from.standing.contains(&true),
-            toe_slows: self.toe_slows,
+            toe_slows: self.is_widest,
         };
         let mut test = examiner.cut(cut(0));
         let blend = blends.iter().position(|&blend| test.is_plausible(blend))?;

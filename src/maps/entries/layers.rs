@@ -6,7 +6,7 @@ use crate::maps::entries::examine::{Examiner, JointLimits, JointSteps};
 use crate::maps::entries::finder::{Departed, Finder, spread};
 use crate::maps::entries::frames::FrameSampler;
 use crate::maps::entries::limits::{MotionLimits, goes_on, head, turns};
-use crate::maps::entries::table::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
+use crate::maps::entries::table::{EntryTarget, EntryWay, KnownEntry, LAYER_BLENDS, RATES};
 use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
 use glam::{Quat, Vec3};
@@ -79,7 +79,7 @@ impl LayerSource {
     ) -> Option<EntryWay> {
         let mut plausible =
             |blend: usize, rate: usize| test.is_plausible(base, &self.wanted[target][rate], blend);
-        let blend = (0..BLENDS.len()).find(|&blend| plausible(blend, 0));
+        let blend = (0..LAYER_BLENDS.len()).find(|&blend| plausible(blend, 0));
         blend.map(|blend| {
             let faster = (1..RATES.len()).take_while(|&rate| plausible(blend, rate));
             EntryWay {
@@ -161,8 +161,8 @@ pub(crate) struct LayerBase<'a> {
     poses: Vec<Pose>,
     /// Rotation vector of each joint between the first two frames.
     turns: Vec<Vec3>,
-    /// For each of [`BLENDS`], whether the joints that a layer does not move are plausible.
-    fits: [bool; BLENDS.len()],
+    /// For each of [`LAYER_BLENDS`], whether the joints that a layer does not move are plausible.
+    fits: [bool; LAYER_BLENDS.len()],
 }
 
 /// One layer on a motion.
@@ -198,7 +198,7 @@ impl<'a> LayerTest<'a> {
 
     /// Number of frames of the motion without a layer that the test of the longest blend reads.
     fn frames(rate: f32) -> usize {
-        let longest = BLENDS.into_iter().fold(0.0, f32::max);
+        let longest = LAYER_BLENDS.into_iter().fold(0.0, f32::max);
         1 + Examiner::frames(rate, (longest * rate).ceil() as usize)
     }
 
@@ -224,7 +224,7 @@ impl<'a> LayerTest<'a> {
             poses,
             fits: Default::default(),
         };
-        base.fits = BLENDS.map(|blend| {
+        base.fits = LAYER_BLENDS.map(|blend| {
             let frames = self.tested(blend);
             self.kept.iter().all(|&joint| {
                 let rotation = |frame: usize| base.poses[frame].rotations[joint.index()];
@@ -239,7 +239,7 @@ impl<'a> LayerTest<'a> {
         (blend * self.rate).ceil() as usize + 3
     }
 
-    /// Whether the joints and the departure of the head of a layer are plausible. The layer fades in within the blend of an index of [`BLENDS`].
+    /// Whether the joints and the departure of the head of a layer are plausible. The layer fades in within the blend of an index of [`LAYER_BLENDS`].
     pub(crate) fn is_plausible(
         &mut self,
         base: &LayerBase<'_>,
@@ -252,12 +252,12 @@ impl<'a> LayerTest<'a> {
             wanted,
             envelope: Envelope {
                 start,
-                full: start + BLENDS[blend],
+                full: start + LAYER_BLENDS[blend],
                 release: 2.0,
                 end: 3.0,
             },
         };
-        let frames = self.tested(BLENDS[blend]);
+        let frames = self.tested(LAYER_BLENDS[blend]);
         base.fits[blend]
             && self.joints_fit(layered, FIRST)
             && self.head_goes_on(layered)

@@ -32,7 +32,8 @@ impl Plausibility {
         slide: 0.02,
     };
 
-    /// Limits that are the maxima of the clips. They are for exits from stretches that have no other exits.
+    /// Limits that are the maxima of the clips. They are for moments with few entries within the usual limits, such as those of a fast walk,
+    /// and for exits from stretches that have no other exits.
     pub(crate) const UTMOST: Self = Self {
         joints: 100.0,
         departure: 100.0,
