@@ -86,7 +86,7 @@ fn shifted(
         return None;
     }
     let until = contact.max(STRETCH * seconds).min(walk.duration());
-    let allowed = test.world.settings.query.allowed_push(baked);
+    let allowed = test.world.settings.query.allowed_push(baked, contact);
     let body = scratch.context.body();
     let limit = allowed.max(body.push(baked, walk, contact, f32::INFINITY));
     let stances = next_stances(baked.graph(), walk);

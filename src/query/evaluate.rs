@@ -34,6 +34,13 @@ pub(super) struct Round<'a> {
 }
 
 impl Round<'_> {
+    /// How hard the body may push off. An attack whose contact is not known is not urgent.
+    fn allowed_push(self) -> f32 {
+        let contact = self.state.contact.unwrap_or(f32::INFINITY);
+        let settings = self.query.settings;
+        settings.allowed_push(self.query.baked, contact)
+    }
+
     /// The score of a candidate at a clearance of `metres`.
     pub(super) fn score(self, index: usize, metres: f32) -> Score {
         let candidates = &self.state.candidates;
@@ -318,8 +325,8 @@ pub(super) struct Evaluator {
     /// Result of each candidate, or `None` if it was not tested.
     pub evaluated: Vec<Option<Evaluated>>,
     workers: Workers,
-    /// How hard the body may push, in metres per second squared; 0 before it is known.
-    push_limit: f32,
+    /// How hard the body pushes if it goes on as it is, in metres per second squared; `None` before it is known.
+    natural_push: Option<f32>,
     /// The motion if the body goes on as it is.
     natural: Motion,
     /// Results of moves that are hit, by prefix: moves that begin with the same edges have the same hits until the prefix ends.
@@ -355,7 +362,7 @@ impl Evaluator {
     /// Discards all results, except those of known hits.
     pub(super) fn start(&mut self, candidates: &CandidateList) {
         self.hits.clear();
-        self.push_limit = 0.0;
+        self.natural_push = None;
         let evaluated = &mut self.evaluated;
         evaluated.clear();
         evaluated.resize(candidates.counted, None);
@@ -557,7 +564,7 @@ impl Evaluator {
         }
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
-        let mut limit = round.query.settings.allowed_push(baked);
+        let mut limit = round.allowed_push();
         let mut found = self.workers.body().push(baked, motion, end, limit);
         if found > limit {
             limit = self.push_limit(round);
@@ -580,17 +587,17 @@ impl Evaluator {
         let (baked, request) = (round.query.baked, &round.state.request);
         /// The next moments, in seconds; longer while the body is in a blend.
         const SOON: f32 = 0.2;
-        if self.push_limit == 0.0 {
+        let found = self.natural_push.unwrap_or_else(|| {
             let natural = &mut self.natural;
             natural.restart(baked.graph(), request.playhead, []);
             natural.continue_blend(&request.blend, 0.0);
             let end = request.attack.end().min(natural.blends_until().max(SOON));
             natural.extend(baked.graph(), end);
             let body = self.workers.body();
-            let found = body.push(baked, natural, end, f32::INFINITY);
-            self.push_limit = found.max(round.query.settings.allowed_push(baked));
-        }
-        self.push_limit
+            body.push(baked, natural, end, f32::INFINITY)
+        });
+        self.natural_push = Some(found);
+        found.max(round.allowed_push())
     }
 
     /// Like [`Evaluator::refuse`], for a candidate that was not refused.

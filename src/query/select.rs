@@ -44,6 +44,7 @@ pub(super) fn select(
         natural, ranking, ..
     } = gather;
     natural.start();
+    state.contact = None;
     evaluator.start(&state.candidates);
     let walks = natural.walks(query, &state.request);
     loop {
@@ -107,6 +108,7 @@ pub(super) fn select(
                 has_moves = true;
                 gather_moves(query, request, moves, candidates);
             }
+            state.contact = natural.known_contact();
             continue;
         }
         if (!has_clean || reconsidered > 0) && !is_late {

@@ -39,7 +39,8 @@ pub struct QuerySettings {
     /// Settings of warps, which make motions clean.
     pub warp: WarpSettings,
     /// How hard the body may push off in an answer, as a multiple of what it does in the clips ([`BakedGraph::push_limit`]); 0 for no
-    /// limit. Default 1. A motion that pushes harder is chosen only if all do, or if the body does so anyway when it goes on as it is.
+    /// limit. Default 1. A motion that pushes harder is chosen only if all do, or if the body does so anyway when it goes on as it is. Against
+    /// an attack that arrives later than in 0.4 s, the body may push four fifths as hard.
     pub push_off: f32,
 }
 
@@ -80,11 +81,15 @@ impl QuerySettings {
     /// Upper limit of the settings that count candidates or paths.
     pub const MOST_CANDIDATES: usize = 1 << 16;
 
-    /// How hard the body may push off, in metres per second squared.
-    pub(crate) fn allowed_push(&self, baked: &BakedGraph) -> f32 {
+    /// How hard the body may push off, in metres per second squared, against an attack that hits it `contact` seconds from now.
+    pub(crate) fn allowed_push(&self, baked: &BakedGraph, contact: f32) -> f32 {
+        /// Time to the contact of an urgent attack, in seconds, and the share of the limit against others.
+        const URGENT: f32 = 0.4;
+        const GENTLE: f32 = 0.8;
+        let share = if contact < URGENT { 1.0 } else { GENTLE };
         match self.push_off {
             0.0 => f32::INFINITY,
-            multiple => multiple * baked.push_limit(),
+            multiple => multiple * share * baked.push_limit(),
         }
     }
 

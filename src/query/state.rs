@@ -17,6 +17,8 @@ pub(super) struct QueryState {
     /// The stage in which the limit of a plan was reached without a clean candidate.
     pub late_stage: Option<PlanStage>,
     pub source: Source,
+    /// Time at which the attack hits the natural motion, in seconds, if it was needed.
+    pub contact: Option<f32>,
     pub candidates: CandidateList,
     /// Paths of the candidates that are moves.
     pub moves: MoveSearch,

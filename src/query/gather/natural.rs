@@ -37,6 +37,11 @@ impl NaturalMotion {
         (then - now).with_y(0.0).length() > WALK.0 * WALK.1
     }
 
+    /// [`NaturalMotion::contact`], if it was needed.
+    pub(in crate::query) fn known_contact(&self) -> Option<f32> {
+        self.contact.flatten()
+    }
+
     /// Time at which the attack hits the natural motion, in seconds.
     pub(super) fn contact(
         &mut self,
