@@ -43,8 +43,13 @@ fn answers_push_no_harder_than_the_limit() {
     const BETWEEN: f32 = 1.1;
     let baked = embedded();
     let (mut refused, mut harder) = (0, 0);
-    let contacts = [0.4, 0.6, 0.9].into_iter().cycle().take(60);
-    for thrown in balls_at(contacts, 9) {
+    /// The share of the limit that is allowed against an attack that arrives later than in 0.4 s.
+    const GENTLE: f32 = 0.8;
+    let throws = [0.3, 0.6, 0.9].map(|contact| {
+        let thrown = balls_at(std::iter::repeat_n(contact, 30), 9);
+        thrown.into_iter().map(move |thrown| (contact, thrown))
+    });
+    for (contact, thrown) in throws.into_iter().flatten() {
         let end = thrown.throw.attack.end();
         let limited = answer(1.0, &thrown, Evaluation::Lazy);
         let results = limited.candidates.iter().map(|report| report.result);
@@ -56,12 +61,13 @@ fn answers_push_no_harder_than_the_limit() {
         let found = push(baked, &limited.motion, end);
         let mut natural = Motion::new(baked.graph(), thrown.throw.playhead, &[]);
         natural.extend(baked.graph(), end + 0.1);
-        let limit = baked.push_limit().max(push(baked, &natural, end));
+        let share = if contact > 0.4 { GENTLE } else { 1.0 };
+        let limit = (share * baked.push_limit()).max(push(baked, &natural, end));
         let within = found <= BETWEEN * limit;
         assert!(within || tested == 1, "{found} of {limit}");
         let free = answer(0.0, &thrown, Evaluation::Lazy);
         assert_eq!(free.counts.too_hard, 0);
-        harder += usize::from(push(baked, &free.motion, end) > BETWEEN * baked.push_limit());
+        harder += usize::from(push(baked, &free.motion, end) > BETWEEN * limit);
         let all = answer(1.0, &thrown, Evaluation::Exhaustive);
         assert_eq!(all.avoided, limited.avoided);
     }

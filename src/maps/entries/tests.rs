@@ -10,7 +10,7 @@ use crate::maps::entries::examine::{Cut, Examiner};
 use crate::maps::entries::frames::FrameSampler;
 use crate::maps::entries::layers::LayerTest;
 use crate::maps::entries::limits::{MotionLimits, departure, departures, head};
-use crate::maps::entries::table::{BLENDS, RATES};
+use crate::maps::entries::table::{LAYER_BLENDS, RATES};
 use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
@@ -234,8 +234,8 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
     let (places, mut test) = (places(&graph), LayerTest::new(&graph));
     for number in 0..60_u32 {
         let [now, target] = ends(&places, number);
-        let index = number as usize % BLENDS.len();
-        let (blend, speed) = (BLENDS[index], RATES[number as usize / 3 % 3]);
+        let index = number as usize % LAYER_BLENDS.len();
+        let (blend, speed) = (LAYER_BLENDS[index], RATES[number as usize / 3 % 3]);
         let start = 1.0 / rate;
         let envelope = Envelope {
             start,
