@@ -430,6 +430,10 @@ impl Evaluator {
             if !self.has_clean() || !self.pushes_too_hard(round, self.best()) {
                 break;
             }
+            if self.body().is_late() {
+                self.refuse_unmeasured();
+                break;
+            }
         }
         self.order = order;
     }
@@ -564,10 +568,13 @@ impl Evaluator {
         }
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
-        let mut limit = round.allowed_push();
+        let allowed = round.allowed_push();
+        let mut limit = allowed;
         let mut found = self.workers.body().push(baked, motion, end, limit);
-        if found > limit {
+        if found > allowed {
             limit = self.push_limit(round);
+        }
+        if limit > allowed {
             found = self.workers.body().push(baked, motion, end, limit);
         }
         let (score, push) = match found > limit {
@@ -580,6 +587,15 @@ impl Evaluator {
             ..tested
         });
         found > limit
+    }
+
+    /// Refuses all clean candidates of which it is not known how hard they push: there is no time to measure it.
+    pub(super) fn refuse_unmeasured(&mut self) {
+        for one in self.evaluated.iter_mut().flatten() {
+            if one.score.is_some() && one.push == Push::Unmeasured {
+                (one.score, one.push) = (None, Push::TooHard(f32::INFINITY));
+            }
+        }
     }
 
     /// How hard the body may push: as the settings say, or as it does anyway in the next moments, whatever it does then.

@@ -141,6 +141,9 @@ pub(super) fn select(
         // If the final test shows a hit, the next iteration tests candidates that were skipped because of this one.
         let is_confirmed = warped.is_none() && evaluator.confirm(round, chosen, motion);
         evaluator.body().set_grace(false);
+        if warped.is_none() && !is_confirmed && evaluator.body().is_late() {
+            evaluator.refuse_unmeasured();
+        }
         if is_confirmed && !is_late {
             adjust(round, evaluator, warper, chosen, motion);
         }
