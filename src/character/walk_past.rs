@@ -1,9 +1,10 @@
 //! Walking past an attack: what a character with a goal does before it looks for an evasion.
 //!
 //! Not part of the papers. The path of its walk is shifted sideways, ahead or back, by a quintic, and stays shifted. The shift goes on after the
-//! attack has arrived: a body that need not stop by then pushes off half as hard. A foot that stands stays where it is until it is lifted, and
-//! one that is put down is put where the body will be above it. The shortest shift with which the exact test finds the walk clean is taken, and
-//! of equal ones the narrowest miss. A character that does not walk yet, as an evasion has just ended, begins to.
+//! attack has arrived: a body that need not stop by then pushes off half as hard. A foot that stands stays where it is until it is lifted, unless
+//! the other one would cross it, and one that is put down is put where the body will be above it. The shortest shift with which the exact test
+//! finds the walk clean is taken, and of equal ones the narrowest miss. A character that does not walk yet, as an evasion has just ended, begins
+//! to.
 
 use std::f32::consts::TAU;
 

@@ -35,8 +35,8 @@ pub struct ClipSet {
     pub left_out: Vec<String>,
 }
 
-/// Reads clips and their events, on all CPU cores. A path is a BVH, AMC, glTF or FBX file, or a folder
-/// with `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files. All animations of a glTF file are read.
+/// Reads clips and their events, on all CPU cores. A path is a BVH, AMC, glTF or, with the feature `fbx`, FBX file, or a folder of such
+/// files. All animations of a glTF or FBX file are read.
 ///
 /// The events of a clip come from the events file. If that does not name the clip, they come from
 /// the clip's own file, which can contain events if it is a glTF file. Of a file that is retargeted, the joints of its events have the

@@ -62,7 +62,8 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
         return Vec::new();
     }
     let moments = Moments::new(input.clouds.iter().map(PointCloud::frames));
-    let core = component(&moments, transitions);
+    let mut jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
+    let core = largest(&moments, &jumps);
     let lost_event = |clip: usize| {
         let mut own = input
             .events
@@ -92,7 +93,6 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
         loses_most(island, &core) || island.is_loop && loses_much || lost_event(island.clip)
     };
     let (mut found, mut others): (Vec<Island>, Vec<Island>) = islands.partition(is_lost);
-    let mut jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
     let mut closed = 0;
     // With closed loops, another component may be the largest.
     while closed < found.len() {
@@ -103,8 +103,7 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
             frames: 1,
         }));
         closed = found.len();
-        let core = moments.component(&jumps);
-        let core = core.unwrap_or_else(|| vec![false; moments.len()]);
+        let core = largest(&moments, &jumps);
         found.extend(others.extract_if(.., |island| loses_most(island, &core)));
     }
     found.sort_by_key(|island| island.clip);
@@ -193,7 +192,12 @@ pub(crate) fn join(
 /// For each moment, whether it belongs to the largest component.
 fn component(moments: &Moments, transitions: &[Transition]) -> Vec<bool> {
     let jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
-    let core = moments.component(&jumps);
+    largest(moments, &jumps)
+}
+
+/// [`component`] by the jumps between moments.
+fn largest(moments: &Moments, jumps: &[Jump]) -> Vec<bool> {
+    let core = moments.component(jumps);
     core.unwrap_or_else(|| vec![false; moments.len()])
 }
 

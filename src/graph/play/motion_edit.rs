@@ -402,7 +402,7 @@ impl Motion {
 
     /// Moves all that follows by a distance over the ground, within `seconds` from the start. `stances` has for each leg the times when its foot
     /// is put down next, or 0 if it stands, and lifted again, in seconds; `None` if that is far. A foot that stands stays where it was until it is
-    /// lifted. One that is put down is put where the body will be while it stands.
+    /// lifted, unless the other one would cross it. One that is put down is put where the body will be while it stands.
     pub(crate) fn shift_on_feet(
         &mut self,
         graph: &MotionGraph,

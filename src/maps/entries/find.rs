@@ -103,7 +103,7 @@ impl Limits {
 struct Goals<'a> {
     targets: Vec<EntryTarget>,
     entries: Finder<'a>,
-    /// Entries of moments that have [`FEW`].
+    /// Entries of moments that have fewer than [`FEW`] within the usual limits.
     widest: Finder<'a>,
     exits: Finder<'a>,
     layers: LayerSource,
@@ -130,11 +130,11 @@ impl<'a> Goals<'a> {
         let frames = targets
             .iter()
             .map(|target| ClipFrame::new(graph, target.edge, target.edge_frame));
-        let frames: Vec<ClipFrame> = frames.collect();
         let finder = |targets, ways| Finder::new(graph, usual, places, targets, ways, threads);
+        let entries = finder(frames.collect(), Ways::ENTRIES);
         Self {
-            widest: finder(frames.clone(), Ways::ENTRIES).within_utmost(utmost),
-            entries: finder(frames, Ways::ENTRIES),
+            widest: entries.clone().within_utmost(utmost),
+            entries,
             exits: finder(natural(graph), Ways::EXITS),
             layers: LayerSource::new(graph, usual, evasions, &targets),
             targets,

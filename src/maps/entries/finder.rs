@@ -46,6 +46,7 @@ impl Ways {
 }
 
 /// The search for cuts to a list of target frames.
+#[derive(Clone)]
 pub(crate) struct Finder<'a> {
     pub(crate) graph: &'a MotionGraph,
     pub(crate) limits: &'a MotionLimits,

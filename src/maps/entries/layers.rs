@@ -239,7 +239,8 @@ impl<'a> LayerTest<'a> {
         (blend * self.rate).ceil() as usize + 3
     }
 
-    /// Whether the joints and the departure of the head of a layer are plausible. The layer fades in within the blend of an index of [`LAYER_BLENDS`].
+    /// Whether the joints and the departure of the head of a layer are plausible. The layer fades in within the blend of an index of
+    /// [`LAYER_BLENDS`].
     pub(crate) fn is_plausible(
         &mut self,
         base: &LayerBase<'_>,

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Durations of an entry's blend, in seconds. The shortest plausible one is used. The longest is for a body that has to slow down.
 pub(crate) const BLENDS: [f32; 4] = [0.15, 0.2, 0.25, 0.4];
 /// Durations of a layer's blend, in seconds: the first of [`BLENDS`].
-pub(crate) const LAYER_BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
+pub(crate) const LAYER_BLENDS: [f32; 3] = [BLENDS[0], BLENDS[1], BLENDS[2]];
 /// Durations of an exit's blend, in seconds. They are longer than those of entries, because an exit is not urgent and a fast body has to slow
 /// down.
 pub(crate) const EXIT_BLENDS: [f32; 4] = [0.2, 0.3, 0.45, 0.65];
