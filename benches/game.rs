@@ -15,7 +15,7 @@ use sabaki::anim::JointTransform;
 use sabaki::archive;
 use sabaki::character::{
     CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
-    CrowdPoseSettings, Goal, Threat,
+    CrowdPoseSettings, Goal, KindId, Threat,
 };
 use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
 use sabaki::maps::BakedGraph;
@@ -386,8 +386,10 @@ fn poses(baked: &Arc<BakedGraph>, figures: &mut Figures) {
         switching: Switching::new(&levels, &SwitchSettings::default()).unwrap(),
         ..CrowdPoseSettings::default()
     };
-    game.characters.use_crowd(&levels, settings).unwrap();
-    let mut out = vec![F32x16::ZERO; game.characters.max_output_len(COUNT)];
+    game.characters
+        .use_crowd(KindId::default(), &levels, settings)
+        .unwrap();
+    let mut out = vec![F32x16::ZERO; game.characters.max_output_len(KindId::default(), COUNT)];
     let (mut one_by_one, mut all_at_once) = (Vec::new(), Vec::new());
     for _ in 0..100 {
         game.play(1, |_| ());
@@ -397,7 +399,9 @@ fn poses(baked: &Arc<BakedGraph>, figures: &mut Figures) {
         }
         let posed = thread_milliseconds();
         let eye = Vec3::new(-5.0, 1.7, -5.0);
-        game.characters.pose_all(eye, &mut out).unwrap();
+        game.characters
+            .pose_all(KindId::default(), eye, &mut out)
+            .unwrap();
         one_by_one.push(posed - started);
         all_at_once.push(thread_milliseconds() - posed);
     }

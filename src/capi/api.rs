@@ -77,6 +77,14 @@ static FUNCTIONS: &[Function] = &[
     Function(crowd::sabaki_pose_all as *const ()),
     Function(crowd::sabaki_pose_slice_of as *const ()),
     Function(crowd::sabaki_level_joint as *const ()),
+    Function(game::sabaki_add_kind as *const ()),
+    Function(game::sabaki_kind_of as *const ()),
+    Function(game::sabaki_spawn_kind as *const ()),
+    Function(game_state::sabaki_save_character as *const ()),
+    Function(game_state::sabaki_load_character as *const ()),
+    Function(crowd::sabaki_kind_crowd_bytes as *const ()),
+    Function(crowd::sabaki_pose_kind as *const ()),
+    Function(crowd::sabaki_kind_level_joint as *const ()),
 ];
 
 exported! {

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::game::Game;
+use super::game::{Game, kind_id};
 use super::sized::{Grows, read, sized, write};
+use super::status::Status;
 use super::{given, given_slice_mut};
 use crate::character::{CharacterId, CrowdPoseSettings};
 use crate::crowd::{CrowdSettings, Layout, Output, WriteMode};
@@ -23,6 +24,7 @@ pub(super) struct CrowdSettingsIn {
     near: f32,
     furthest: f32,
     blend_error: f32,
+    kind: u32,
 }
 
 // SAFETY: numbers alone, the first of which is the size.
@@ -42,6 +44,7 @@ unsafe impl Grows for CrowdSettingsIn {
                 _ => 0.0,
             },
             blend_error: default.blend_error,
+            kind: 0,
         }
     }
 }
@@ -79,7 +82,8 @@ exported! {
             false => unsafe { read(settings) }?,
         };
         let game = given(game, "game")?;
-        let baked = Arc::clone(game.characters.baked());
+        let kind = kind_id(settings.kind);
+        let baked = Arc::clone(game.characters.baked_of_kind(kind)?);
         let (skeleton, clips) = (baked.graph().skeleton(), baked.graph().clips());
         let levels = Levels::build(skeleton, clips, &LevelSettings::default());
         let levels = levels.map_err(|error| error.to_string())?;
@@ -92,7 +96,7 @@ exported! {
             layout: if settings.is_in_blocks == 0 { Layout::Instances } else { Layout::Blocks },
             write: if settings.is_streamed == 0 { WriteMode::Cached } else { WriteMode::Streamed },
         };
-        game.characters.use_crowd(&levels, CrowdPoseSettings {
+        game.characters.use_crowd(kind, &levels, CrowdPoseSettings {
             crowd: CrowdSettings {
                 output,
                 threads: settings.threads as usize,
@@ -105,11 +109,32 @@ exported! {
     }
 
     unsafe extern "C" fn sabaki_crowd_bytes(game: Option<&Game>, characters: usize) -> usize {
-        game.map_or(0, |game| game.characters.max_output_len(characters) * size_of::<F32x16>())
+        // SAFETY: nothing is asked of the caller.
+        unsafe { sabaki_kind_crowd_bytes(game, 0, characters) }
+    }
+
+    unsafe extern "C" fn sabaki_kind_crowd_bytes(
+        game: Option<&Game>,
+        kind: u32,
+        characters: usize,
+    ) -> usize {
+        let len = |game: &Game| game.characters.max_output_len(kind_id(kind), characters);
+        game.map_or(0, |game| len(game) * size_of::<F32x16>())
     }
 
     unsafe extern "C" fn sabaki_pose_all(
         game: Option<&mut Game>,
+        eye: Option<&[f32; 3]>,
+        out: *mut F32x16,
+        size: usize,
+    ) -> Status {
+        // SAFETY: the caller gives place for that many bytes.
+        unsafe { sabaki_pose_kind(game, 0, eye, out, size) }
+    }
+
+    unsafe extern "C" fn sabaki_pose_kind(
+        game: Option<&mut Game>,
+        kind: u32,
         eye: Option<&[f32; 3]>,
         out: *mut F32x16,
         size: usize,
@@ -120,7 +145,7 @@ exported! {
         }
         // SAFETY: the caller gives place for that many bytes, and all that they may be are numbers.
         let out = unsafe { given_slice_mut(out, size / size_of::<F32x16>(), "out") }?;
-        game.characters.pose_all(eye, out)?;
+        game.characters.pose_all(kind_id(kind), eye, out)?;
     }
 
     unsafe extern "C" fn sabaki_pose_slice_of(
@@ -144,7 +169,17 @@ exported! {
     }
 
     unsafe extern "C" fn sabaki_level_joint(game: Option<&Game>, level: u32, index: u32) -> u32 {
-        let animations = game.and_then(|game| game.characters.animations());
+        // SAFETY: nothing is asked of the caller.
+        unsafe { sabaki_kind_level_joint(game, 0, level, index) }
+    }
+
+    unsafe extern "C" fn sabaki_kind_level_joint(
+        game: Option<&Game>,
+        kind: u32,
+        level: u32,
+        index: u32,
+    ) -> u32 {
+        let animations = game.and_then(|game| game.characters.animations(kind_id(kind)));
         let joints = animations
             .zip(u16::try_from(level).ok())
             .map(|(animations, level)| animations.joint_ids(LevelId(level)));

@@ -10,7 +10,7 @@ use super::status::{OK, call};
 use super::{given, given_slice_mut};
 use crate::anim::{JointTransform, Pose};
 use crate::character::{
-    CharacterError, CharacterEvent, CharacterId, CharacterSettings, Characters, ThreatId,
+    CharacterError, CharacterEvent, CharacterId, CharacterSettings, Characters, KindId, ThreatId,
 };
 use crate::math::Rigid2;
 use crate::query::Obstacle;
@@ -27,12 +27,29 @@ pub(super) struct Game {
 impl Game {
     /// The joints of a character in the world.
     fn posed(&mut self, character: u64) -> Result<&[JointTransform], CharacterError> {
-        let needed = self.characters.baked().graph().skeleton().len();
-        self.joints.resize(needed, JointTransform::IDENTITY);
         let id = CharacterId::from_bits(character);
+        let needed = self.characters.baked_of(id)?.graph().skeleton().len();
+        self.joints.resize(needed, JointTransform::IDENTITY);
         self.characters.pose(id, &mut self.joints)?;
         Ok(&self.joints)
     }
+}
+
+/// The kind of a number of the caller.
+pub(super) fn kind_id(kind: u32) -> KindId {
+    KindId(u16::try_from(kind).unwrap_or(u16::MAX))
+}
+
+/// Reads settings, or the default ones.
+///
+/// # Safety
+/// Null, or settings that begin with their size.
+unsafe fn read_settings(settings: *const GameSettings) -> Result<CharacterSettings, String> {
+    if settings.is_null() {
+        return Ok(CharacterSettings::default());
+    }
+    // SAFETY: as the caller of this function promises.
+    Ok(unsafe { read(settings) }?.settings())
 }
 
 /// `sabaki_game_settings`, and its conversions: each field of C with the field that it sets.
@@ -116,11 +133,8 @@ exported! {
         game: Option<&mut *mut Game>,
     ) {
         let (graph, out) = (given(graph, "graph")?, given(game, "game")?);
-        let settings = match settings.is_null() {
-            true => CharacterSettings::default(),
-            // SAFETY: the caller gives settings.
-            false => unsafe { read(settings) }?.settings(),
-        };
+        // SAFETY: the caller gives settings, or none.
+        let settings = unsafe { read_settings(settings) }?;
         *out = Box::into_raw(Box::new(Game {
             characters: Characters::new(Arc::clone(&graph.baked), settings)?,
             obstacles: Vec::new(),
@@ -128,6 +142,25 @@ exported! {
             joints: Vec::new(),
             poses: [Pose::default(), Pose::default()],
         }));
+    }
+
+    unsafe extern "C" fn sabaki_add_kind(
+        game: Option<&mut Game>,
+        graph: Option<&Graph>,
+        settings: *const GameSettings,
+        kind: Option<&mut u32>,
+    ) {
+        let (game, graph, out) = (given(game, "game")?, given(graph, "graph")?, given(kind, "kind")?);
+        // SAFETY: the caller gives settings, or none.
+        let settings = unsafe { read_settings(settings) }?;
+        let added = game.characters.add_kind(Arc::clone(&graph.baked), settings)?;
+        *out = added.0.into();
+    }
+
+    unsafe extern "C" fn sabaki_kind_of(game: Option<&Game>, character: u64) -> u32 {
+        let id = CharacterId::from_bits(character);
+        let kind = game.and_then(|game| game.characters.kind(id).ok());
+        kind.map_or(u32::MAX, |kind| kind.0.into())
     }
 
     unsafe extern "C" fn sabaki_game_destroy(game: *mut Game) -> () {
@@ -150,6 +183,20 @@ exported! {
     ) {
         let (game, out) = (given(game, "game")?, given(character, "character")?);
         let id = game.characters.spawn(Rigid2::new(heading, x, z))?;
+        *out = id.to_bits();
+    }
+
+    unsafe extern "C" fn sabaki_spawn_kind(
+        game: Option<&mut Game>,
+        kind: u32,
+        x: f32,
+        z: f32,
+        heading: f32,
+        character: Option<&mut u64>,
+    ) {
+        let (game, out) = (given(game, "game")?, given(character, "character")?);
+        let place = Rigid2::new(heading, x, z);
+        let id = game.characters.spawn_kind(kind_id(kind), place)?;
         *out = id.to_bits();
     }
 
@@ -259,7 +306,8 @@ exported! {
         let out = unsafe { given_slice_mut(spheres, count, "spheres") }?;
         let game = given(game, "game")?;
         game.posed(character)?;
-        for (out, sphere) in out.iter_mut().zip(&game.characters.baked().body().spheres) {
+        let baked = game.characters.baked_of(CharacterId::from_bits(character))?;
+        for (out, sphere) in out.iter_mut().zip(&baked.body().spheres) {
             *out = SphereOut {
                 center: sphere.centre(&game.joints).to_array(),
                 radius: sphere.radius,

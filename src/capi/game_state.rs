@@ -51,6 +51,27 @@ impl LocalPose {
     }
 }
 
+/// Writes what was saved, and its size.
+///
+/// # Safety
+/// There is room for `capacity` bytes at `bytes`.
+unsafe fn write_saved(
+    saved: &[u8],
+    bytes: *mut u8,
+    capacity: usize,
+    size: Option<&mut usize>,
+) -> Result<(), String> {
+    // SAFETY: as the caller of this function promises.
+    let out = unsafe { given_slice_mut(bytes, capacity, "bytes") }?;
+    *given(size, "size")? = saved.len();
+    if let Some(out) = out.get_mut(..saved.len()) {
+        out.copy_from_slice(saved);
+    } else if !out.is_empty() {
+        return Err(format!("what is saved needs {} bytes", saved.len()));
+    }
+    Ok(())
+}
+
 exported! {
     unsafe extern "C" fn sabaki_local_pose_of(
         game: Option<&Game>,
@@ -76,7 +97,7 @@ exported! {
         for (out, rotation) in rotations.chunks_exact_mut(4).zip(&pose.rotations) {
             rotation.write_to_slice(out);
         }
-        pose.fill_translations(game.characters.baked().graph().skeleton());
+        pose.fill_translations(game.characters.baked_of(id)?.graph().skeleton());
         for (out, place) in translations.chunks_exact_mut(3).zip(&pose.translations) {
             place.write_to_slice(out);
         }
@@ -111,20 +132,39 @@ exported! {
         capacity: usize,
         size: Option<&mut usize>,
     ) {
-        // SAFETY: the caller gives room for that many bytes.
-        let out = unsafe { given_slice_mut(bytes, capacity, "bytes") }?;
         let saved = given(game, "game")?.characters.save()?;
-        *given(size, "size")? = saved.len();
-        if let Some(out) = out.get_mut(..saved.len()) {
-            out.copy_from_slice(&saved);
-        } else if !out.is_empty() {
-            return Err(format!("the saved game needs {} bytes", saved.len()).into());
-        }
+        // SAFETY: the caller gives room for that many bytes.
+        unsafe { write_saved(&saved, bytes, capacity, size) }?;
     }
 
     unsafe extern "C" fn sabaki_load(game: Option<&mut Game>, bytes: *const u8, size: usize) {
         // SAFETY: the caller gives that many bytes.
         let bytes = unsafe { given_slice(bytes, size, "bytes") }?;
         given(game, "game")?.characters.load(bytes)?;
+    }
+
+    unsafe extern "C" fn sabaki_save_character(
+        game: Option<&Game>,
+        character: u64,
+        bytes: *mut u8,
+        capacity: usize,
+        size: Option<&mut usize>,
+    ) {
+        let id = CharacterId::from_bits(character);
+        let saved = given(game, "game")?.characters.save_character(id)?;
+        // SAFETY: the caller gives room for that many bytes.
+        unsafe { write_saved(&saved, bytes, capacity, size) }?;
+    }
+
+    unsafe extern "C" fn sabaki_load_character(
+        game: Option<&mut Game>,
+        character: u64,
+        bytes: *const u8,
+        size: usize,
+    ) {
+        // SAFETY: the caller gives that many bytes.
+        let bytes = unsafe { given_slice(bytes, size, "bytes") }?;
+        let id = CharacterId::from_bits(character);
+        given(game, "game")?.characters.load_character(id, bytes)?;
     }
 }

@@ -262,6 +262,9 @@ typedef uint64_t sabaki_character;
 sabaki_status sabaki_game_settings_default(sabaki_game_settings *settings);
 /* No characters yet; NULL for default settings. The game keeps what it needs of the graph. `*game` is set on success only. */
 sabaki_status sabaki_game_create(const sabaki_graph *graph, const sabaki_game_settings *settings, sabaki_game **game);
+/* Adds a kind of character: another graph, or the same one with other settings; the game was created with the kind 0. Characters of all
+ * kinds share threats, obstacles and each step, and avoid each other. `threads` and the limits of a step are those of the kind 0. */
+sabaki_status sabaki_add_kind(sabaki_game *game, const sabaki_graph *graph, const sabaki_game_settings *settings, uint32_t *kind);
 /* NULL is allowed. */
 void sabaki_game_destroy(sabaki_game *game);
 /* The sum of all steps, seconds. */
@@ -269,6 +272,10 @@ double sabaki_game_now(const sabaki_game *game);
 
 /* Adds a character that stands at (x, z), at most 5 km from the origin. */
 sabaki_status sabaki_spawn(sabaki_game *game, float x, float z, float heading, sabaki_character *character);
+/* The same, of another kind. */
+sabaki_status sabaki_spawn_kind(sabaki_game *game, uint32_t kind, float x, float z, float heading, sabaki_character *character);
+/* UINT32_MAX if there is no such character. */
+uint32_t sabaki_kind_of(const sabaki_game *game, sabaki_character character);
 sabaki_status sabaki_despawn(sabaki_game *game, sabaki_character character);
 
 typedef enum sabaki_goal_kind {
@@ -414,6 +421,10 @@ sabaki_status sabaki_resume(sabaki_game *game, sabaki_character character, const
  * are refused. */
 sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t capacity, size_t *size);
 sabaki_status sabaki_load(sabaki_game *game, const void *bytes, size_t size);
+/* The same of one character, for example to send it to another machine that plays the same game: at the same time and with the same threats
+ * it continues bit-identically. It is loaded into a character with the same graph. */
+sabaki_status sabaki_save_character(const sabaki_game *game, sabaki_character character, void *bytes, size_t capacity, size_t *size);
+sabaki_status sabaki_load_character(sabaki_game *game, sabaki_character character, const void *bytes, size_t size);
 
 /* ---- All characters at once, on levels of detail: joint matrices in your buffer, which may be mapped from a device ---- */
 
@@ -425,6 +436,7 @@ typedef struct sabaki_crowd_settings {
     float near;            /* within this distance of the camera every pose is exact, metres. Default 0 */
     float furthest;        /* distance of the coarsest level, metres. Default: where a person is 20 pixels of 1080 high */
     float blend_error;     /* error that may end a blend early, as a share of the distance. Default 0.002, which is 2 pixels of 1080 */
+    uint32_t kind;         /* the kind of the characters. Default 0 */
 } sabaki_crowd_settings;
 
 sabaki_status sabaki_crowd_settings_default(sabaki_crowd_settings *settings);
@@ -435,6 +447,10 @@ size_t sabaki_crowd_bytes(const sabaki_game *game, size_t characters);
 /* Writes the poses of all characters, as they are after the last step, for a camera at `eye` (3 numbers), to the `size` bytes at `out`, a
  * multiple of 64. A joint is a matrix of 3 rows and 4 columns, row by row, from its frame to the world. */
 sabaki_status sabaki_pose_all(sabaki_game *game, const float *eye, void *out, size_t size);
+
+/* The same for the characters of another kind, each kind in a buffer of its own. sabaki_pose_all() poses the kind 0. */
+size_t sabaki_kind_crowd_bytes(const sabaki_game *game, uint32_t kind, size_t characters);
+sabaki_status sabaki_pose_kind(sabaki_game *game, uint32_t kind, const float *eye, void *out, size_t size);
 
 /* Where sabaki_pose_all() has written a character: number `n` of joint `j` is the float at start + j * joint_stride + n * number_stride. */
 typedef struct sabaki_pose_slice {
@@ -449,6 +465,8 @@ typedef struct sabaki_pose_slice {
 sabaki_status sabaki_pose_slice_of(const sabaki_game *game, sabaki_character character, sabaki_pose_slice *slice);
 /* The joint of the graph that stands at `index` on a level; UINT32_MAX beyond the last one. */
 uint32_t sabaki_level_joint(const sabaki_game *game, uint32_t level, uint32_t index);
+/* The same of another kind. */
+uint32_t sabaki_kind_level_joint(const sabaki_game *game, uint32_t kind, uint32_t level, uint32_t index);
 
 /* ---- For a library that is loaded at run time: look up "sabaki_get_api" alone ---- */
 
@@ -509,6 +527,14 @@ typedef struct sabaki_api {
     sabaki_status (*pose_all)(sabaki_game *game, const float *eye, void *out, size_t size);
     sabaki_status (*pose_slice_of)(const sabaki_game *game, sabaki_character character, sabaki_pose_slice *slice);
     uint32_t (*level_joint)(const sabaki_game *game, uint32_t level, uint32_t index);
+    sabaki_status (*add_kind)(sabaki_game *game, const sabaki_graph *graph, const sabaki_game_settings *settings, uint32_t *kind);
+    uint32_t (*kind_of)(const sabaki_game *game, sabaki_character character);
+    sabaki_status (*spawn_kind)(sabaki_game *game, uint32_t kind, float x, float z, float heading, sabaki_character *character);
+    sabaki_status (*save_character)(const sabaki_game *game, sabaki_character character, void *bytes, size_t capacity, size_t *size);
+    sabaki_status (*load_character)(sabaki_game *game, sabaki_character character, const void *bytes, size_t size);
+    size_t (*kind_crowd_bytes)(const sabaki_game *game, uint32_t kind, size_t characters);
+    sabaki_status (*pose_kind)(sabaki_game *game, uint32_t kind, const float *eye, void *out, size_t size);
+    uint32_t (*kind_level_joint)(const sabaki_game *game, uint32_t kind, uint32_t level, uint32_t index);
 } sabaki_api;
 
 /* Fills the table. If the library is older than the header, `api->size` becomes what it has filled, and what lies beyond stays as it is. */

@@ -177,20 +177,16 @@ public:
         check(sabaki_game_settings_default(&settings));
         return settings;
     }
-    explicit Game(const Graph &graph) : joints_(graph.joints()), spheres_(graph.spheres()) {
+    explicit Game(const Graph &graph) : kinds_{{graph.joints(), graph.spheres()}} {
         check(sabaki_game_create(graph.handle(), nullptr, &handle_));
     }
-    Game(const Graph &graph, const sabaki_game_settings &settings)
-        : joints_(graph.joints()), spheres_(graph.spheres()) {
+    Game(const Graph &graph, const sabaki_game_settings &settings) : kinds_{{graph.joints(), graph.spheres()}} {
         check(sabaki_game_create(graph.handle(), &settings, &handle_));
     }
-    Game(Game &&other) noexcept : handle_(other.handle_), joints_(other.joints_), spheres_(other.spheres_) {
-        other.handle_ = nullptr;
-    }
+    Game(Game &&other) noexcept : handle_(other.handle_), kinds_(std::move(other.kinds_)) { other.handle_ = nullptr; }
     Game &operator=(Game &&other) noexcept {
         std::swap(handle_, other.handle_);
-        std::swap(joints_, other.joints_);
-        std::swap(spheres_, other.spheres_);
+        std::swap(kinds_, other.kinds_);
         return *this;
     }
     Game(const Game &) = delete;
@@ -201,6 +197,18 @@ public:
     sabaki_character spawn(float x, float z, float heading) {
         sabaki_character character = 0;
         check(sabaki_spawn(handle_, x, z, heading, &character));
+        return character;
+    }
+    // A kind of character: another graph, or the same one with other settings. The game was created with the kind 0.
+    std::uint32_t add_kind(const Graph &graph, const sabaki_game_settings &settings) {
+        std::uint32_t kind = 0;
+        check(sabaki_add_kind(handle_, graph.handle(), &settings, &kind));
+        kinds_.push_back({graph.joints(), graph.spheres()});
+        return kind;
+    }
+    sabaki_character spawn_kind(std::uint32_t kind, float x, float z, float heading) {
+        sabaki_character character = 0;
+        check(sabaki_spawn_kind(handle_, kind, x, z, heading, &character));
         return character;
     }
     void despawn(sabaki_character character) { check(sabaki_despawn(handle_, character)); }
@@ -225,11 +233,11 @@ public:
     }
     // The joints in the world, and the spheres of the body. An array that has their number already is not allocated again.
     void pose(sabaki_character character, std::vector<sabaki_joint> &joints) {
-        joints.resize(joints_);
+        joints.resize(sizes(character).joints);
         check(sabaki_pose(handle_, character, joints.data(), joints.size()));
     }
     void body(sabaki_character character, std::vector<sabaki_sphere> &spheres) {
-        spheres.resize(spheres_);
+        spheres.resize(sizes(character).spheres);
         check(sabaki_body(handle_, character, spheres.data(), spheres.size()));
     }
     // Levels of detail for pose_all(), which writes `size` bytes at most.
@@ -239,19 +247,24 @@ public:
         return settings;
     }
     void use_crowd(const sabaki_crowd_settings &settings) { check(sabaki_use_crowd(handle_, &settings)); }
-    std::size_t crowd_bytes(std::size_t characters) const { return sabaki_crowd_bytes(handle_, characters); }
-    void pose_all(const float eye[3], void *out, std::size_t size) { check(sabaki_pose_all(handle_, eye, out, size)); }
+    std::size_t crowd_bytes(std::size_t characters, std::uint32_t kind = 0) const {
+        return sabaki_kind_crowd_bytes(handle_, kind, characters);
+    }
+    void pose_all(const float eye[3], void *out, std::size_t size, std::uint32_t kind = 0) {
+        check(sabaki_pose_kind(handle_, kind, eye, out, size));
+    }
     sabaki_pose_slice pose_slice(sabaki_character character) const {
         auto slice = sized<sabaki_pose_slice>();
         check(sabaki_pose_slice_of(handle_, character, &slice));
         return slice;
     }
-    std::uint32_t level_joint(std::uint32_t level, std::uint32_t index) const {
-        return sabaki_level_joint(handle_, level, index);
+    std::uint32_t level_joint(std::uint32_t level, std::uint32_t index, std::uint32_t kind = 0) const {
+        return sabaki_kind_level_joint(handle_, kind, level, index);
     }
     LocalPose local_pose(sabaki_character character) const {
-        LocalPose pose = {{0, 0, 0}, std::vector<float>(4 * joints_), std::vector<float>(3 * joints_)};
-        check(sabaki_local_pose_of(handle_, character, pose.root, pose.rotations.data(), pose.translations.data(), joints_));
+        const std::size_t count = sizes(character).joints;
+        LocalPose pose = {{0, 0, 0}, std::vector<float>(4 * count), std::vector<float>(3 * count)};
+        check(sabaki_local_pose_of(handle_, character, pose.root, pose.rotations.data(), pose.translations.data(), count));
         return pose;
     }
     // Hands the body to something else, and takes it back from two poses that were seen `seconds` apart.
@@ -268,6 +281,17 @@ public:
         return bytes;
     }
     void load(const std::vector<unsigned char> &bytes) { check(sabaki_load(handle_, bytes.data(), bytes.size())); }
+    // The same of one character.
+    std::vector<unsigned char> save(sabaki_character character) const {
+        std::size_t size = 0;
+        check(sabaki_save_character(handle_, character, nullptr, 0, &size));
+        std::vector<unsigned char> bytes(size);
+        check(sabaki_save_character(handle_, character, bytes.data(), bytes.size(), &size));
+        return bytes;
+    }
+    void load(sabaki_character character, const std::vector<unsigned char> &bytes) {
+        check(sabaki_load_character(handle_, character, bytes.data(), bytes.size()));
+    }
     sabaki_game *handle() { return handle_; }
 
 private:
@@ -283,9 +307,16 @@ private:
         return {sizeof(sabaki_local_pose), static_cast<std::uint32_t>(count), {pose.root[0], pose.root[1], pose.root[2]},
                 pose.rotations.data(), translations};
     }
+    // Of a kind: how many joints and spheres a character has.
+    struct Sizes {
+        std::uint32_t joints, spheres;
+    };
+    Sizes sizes(sabaki_character character) const {
+        const std::uint32_t kind = sabaki_kind_of(handle_, character);
+        return kind < kinds_.size() ? kinds_[kind] : kinds_[0];
+    }
     sabaki_game *handle_ = nullptr;
-    std::uint32_t joints_;
-    std::uint32_t spheres_;
+    std::vector<Sizes> kinds_;
     std::vector<sabaki_event> events_;
 };
 

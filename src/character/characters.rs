@@ -2,20 +2,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 
-use super::crowd_poses::CrowdPoses;
 use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
 use super::event::{CharacterEvent, CharacterId, ThreatId};
 use super::flights::Flights;
 use super::goal::{Goal, StrikeAt};
+use super::kind::{Kind, KindId};
 use super::obstacles::find_bodies;
 use super::settings::CharacterSettings;
 use super::slot::{Due, Slot, Urgent, each, each_urgent, most_urgent, share_searches};
 use super::state::CharacterState;
-use super::steer::Steering;
 use super::threat::Threat;
 use super::world::{KnownThreat, OtherBody, Worker, World};
-use crate::anim::{Clip, JointTransform, Pose, forward_kinematics};
-use crate::graph::{Motion, MotionGraph, Playhead};
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
 use crate::math::parallel::{WorkerPool, lock};
 use crate::math::{Rigid2, thread_count};
@@ -29,11 +28,7 @@ const MOVED: f32 = 1.0;
 
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
-    pub(super) baked: Arc<BakedGraph>,
-    /// Checksum that identifies the graph in saved games.
-    pub(super) fingerprint: u32,
-    settings: CharacterSettings,
-    pub(super) steering: Steering,
+    pub(super) kinds: Vec<Kind>,
     pub(super) slots: Vec<Mutex<Slot>>,
     pub(super) free: Vec<u32>,
     pub(super) threats: Vec<KnownThreat>,
@@ -43,9 +38,6 @@ pub struct Characters {
     pub(super) now: f64,
     pub(super) pool: WorkerPool,
     pub(super) workers: Vec<Mutex<Worker>>,
-    pub(super) crowd: Option<CrowdPoses>,
-    /// The lowest and the highest root of the clips, in metres.
-    roots: [f32; 2],
     flights: Flights,
     bodies: Vec<OtherBody>,
     urgent: Vec<Urgent>,
@@ -53,8 +45,8 @@ pub struct Characters {
 }
 
 impl Characters {
-    /// Creates a game without characters. It computes the tables for steering and prepares the graph ([`BakedGraph::prepare`]), so that no step
-    /// has to.
+    /// Creates a game without characters, for those of one kind. It computes the tables for steering and prepares the graph
+    /// ([`BakedGraph::prepare`]), so that no step has to.
     ///
     /// # Errors
     /// A graph whose every moment has an event; a setting out of range.
@@ -62,26 +54,12 @@ impl Characters {
         baked: Arc<BakedGraph>,
         settings: CharacterSettings,
     ) -> Result<Self, CharacterError> {
-        settings.check()?;
-        let steering = Steering::new(&baked);
-        if steering.len() == 0 {
-            return Err(CharacterError::NothingToPlay);
-        }
-        baked.prepare();
+        let kind = Kind::new(KindId::default(), baked, settings)?;
         let pool = WorkerPool::new(thread_count(settings.threads));
         let workers = (0..pool.threads()).map(|_| Mutex::default()).collect();
-        let clips = baked.graph().clips().iter();
-        let heights = clips.flat_map(|clip| (0..clip.frames()).map(|frame| clip.root(frame).y));
-        let roots = heights.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], y| {
-            [low.min(y), high.max(y)]
-        });
         Ok(Self {
-            roots,
+            kinds: vec![kind],
             flights: Flights::default(),
-            fingerprint: fingerprint(baked.graph()),
-            baked,
-            settings,
-            steering,
             slots: Vec::new(),
             free: Vec::new(),
             threats: Vec::new(),
@@ -90,17 +68,56 @@ impl Characters {
             now: 0.0,
             pool,
             workers,
-            crowd: None,
             bodies: Vec::new(),
             urgent: Vec::new(),
             due: Vec::new(),
         })
     }
 
-    /// The graph.
+    /// Adds a kind of character: another graph, or the same one with other settings. Characters of all kinds share threats, obstacles and each
+    /// step, avoid each other and strike each other. The limits of a step ([`CharacterSettings::threads`], `searches_per_step`,
+    /// `plans_per_step` and `plan_milliseconds`) are those of the first kind.
+    ///
+    /// # Errors
+    /// The errors of [`Characters::new`]; more than 65,536 kinds.
+    pub fn add_kind(
+        &mut self,
+        baked: Arc<BakedGraph>,
+        settings: CharacterSettings,
+    ) -> Result<KindId, CharacterError> {
+        let id = u16::try_from(self.kinds.len()).map_err(|_| CharacterError::TooManyKinds)?;
+        self.kinds.push(Kind::new(KindId(id), baked, settings)?);
+        Ok(KindId(id))
+    }
+
+    /// The graph of the first kind.
     #[must_use]
     pub fn baked(&self) -> &Arc<BakedGraph> {
-        &self.baked
+        &self.kinds[0].baked
+    }
+
+    /// The graph of a kind.
+    ///
+    /// # Errors
+    /// An unknown kind.
+    pub fn baked_of_kind(&self, kind: KindId) -> Result<&Arc<BakedGraph>, CharacterError> {
+        Ok(&self.known_kind(kind)?.baked)
+    }
+
+    /// The graph of a character.
+    ///
+    /// # Errors
+    /// An unknown character.
+    pub fn baked_of(&self, id: CharacterId) -> Result<&Arc<BakedGraph>, CharacterError> {
+        Ok(&self.kind(id)?.of(&self.kinds).baked)
+    }
+
+    /// The kind of a character.
+    ///
+    /// # Errors
+    /// An unknown character.
+    pub fn kind(&self, id: CharacterId) -> Result<KindId, CharacterError> {
+        self.with_state(id, |kind, _| kind.id)
     }
 
     /// Time since the beginning, in seconds: the sum of all steps.
@@ -109,40 +126,57 @@ impl Characters {
         self.now
     }
 
-    /// Sets [`CharacterSettings::delay`], for example when answers come from a slower device.
+    /// Sets [`CharacterSettings::delay`] of all kinds, for example when answers come from a slower device.
     ///
     /// # Errors
     /// A delay of more than [`CharacterSettings::MOST_DELAY`].
     pub fn set_delay(&mut self, frames: u32) -> Result<(), CharacterError> {
-        let settings = CharacterSettings {
-            delay: frames,
-            ..self.settings
-        };
-        settings.check()?;
-        self.settings = settings;
+        for kind in &mut self.kinds {
+            let settings = CharacterSettings {
+                delay: frames,
+                ..kind.settings
+            };
+            settings.check()?;
+            kind.settings = settings;
+        }
         Ok(())
     }
 
-    /// Adds a character that stands at a place.
+    /// Adds a character of the first kind that stands at a place.
     ///
     /// # Errors
     /// A place that is not finite or more than 5 km from the origin.
     pub fn spawn(&mut self, place: Rigid2) -> Result<CharacterId, CharacterError> {
+        self.spawn_kind(KindId::default(), place)
+    }
+
+    /// Adds a character of a kind that stands at a place.
+    ///
+    /// # Errors
+    /// An unknown kind; a place that is not finite or more than 5 km from the origin.
+    pub fn spawn_kind(
+        &mut self,
+        kind: KindId,
+        place: Rigid2,
+    ) -> Result<CharacterId, CharacterError> {
         let ground = Vec3::new(place.x, 0.0, place.z);
         shorter("the place's distance from the origin", ground, FURTHEST)?;
         within("the place's heading", place.heading(), ANY)?;
         let index = self.free.last().copied();
         let index = index.unwrap_or(self.slots.len() as u32);
-        let start = self.steering.start(index);
+        let Kind {
+            baked, steering, ..
+        } = self.known_kind(kind)?;
+        let start = steering.start(index);
         let (edge, frame) = start.ok_or(CharacterError::NothingToPlay)?;
-        let playhead = Playhead::at(self.baked.graph(), edge, frame, place);
-        let motion = Motion::new(self.baked.graph(), playhead, &[]);
+        let playhead = Playhead::at(baked.graph(), edge, frame, place);
+        let motion = Motion::new(baked.graph(), playhead, &[]);
         let state = Some(Box::new(CharacterState::new(motion)));
         if self.free.pop().is_none() {
             self.slots.push(Mutex::default());
         }
         let slot = self.slot_mut(index);
-        slot.state = state;
+        (slot.kind, slot.state) = (kind, state);
         Ok(slot.id(index as usize))
     }
 
@@ -151,7 +185,7 @@ impl Characters {
     /// # Errors
     /// An unknown character.
     pub fn despawn(&mut self, id: CharacterId) -> Result<(), CharacterError> {
-        self.state_mut(id)?;
+        self.character_mut(id)?;
         let slot = self.slot_mut(id.index);
         slot.generation += 1;
         slot.state = None;
@@ -179,15 +213,15 @@ impl Characters {
         goal.check()?;
         if let Goal::Strike { at, kind } = goal {
             if let StrikeAt::Character(other) = at {
-                self.with_state(other, |_| ())?;
+                self.kind(other)?;
             }
-            if at == StrikeAt::Character(id) || !self.steering.strikes.has(kind) {
+            let can = |own: &Kind, _: &_| own.steering.strikes.has(kind);
+            if at == StrikeAt::Character(id) || !self.with_state(id, can)? {
                 return Err(CharacterError::CannotStrike);
             }
         }
-        let baked = Arc::clone(&self.baked);
-        let state = self.state_mut(id)?;
-        let place = state.playing.ground(baked.graph());
+        let (own, state) = self.character_mut(id)?;
+        let place = state.playing.ground(own.baked.graph());
         let [before, aim] = [state.goal, goal].map(|goal| goal.aim(place, &mut false));
         if aim.differs(&before) {
             state.steer.search_soon();
@@ -205,13 +239,14 @@ impl Characters {
     /// # Errors
     /// An unknown character; numbers that are not finite; a place more than 5 km from the origin.
     pub fn move_by(&mut self, id: CharacterId, by: Rigid2) -> Result<(), CharacterError> {
-        let (baked, now, margin) = (Arc::clone(&self.baked), self.now, self.settings.margin);
-        let state = self.state_mut(id)?;
-        let place = state.playing.ground(baked.graph());
+        let now = self.now;
+        let (kind, state) = self.character_mut(id)?;
+        let graph = kind.baked.graph();
+        let place = state.playing.ground(graph);
         let there = by.point(Vec3::new(place.x, 0.0, place.y));
         shorter("the place's distance from the origin", there, FURTHEST)?;
         within("the heading", by.heading(), ANY)?;
-        state.move_by(by, now, margin, baked.graph());
+        state.move_by(by, now, kind.settings.margin, graph);
         Ok(())
     }
 
@@ -222,7 +257,7 @@ impl Characters {
     /// An unknown character; a height that is not finite or beyond 5 km.
     pub fn set_height(&mut self, id: CharacterId, height: f32) -> Result<(), CharacterError> {
         within("the height of the ground", height, -FURTHEST..=FURTHEST)?;
-        self.state_mut(id)?.height = height;
+        self.character_mut(id)?.1.height = height;
         Ok(())
     }
 
@@ -233,7 +268,7 @@ impl Characters {
     /// An unknown character.
     pub fn release(&mut self, id: CharacterId) -> Result<(), CharacterError> {
         let now = self.now;
-        let state = self.state_mut(id)?;
+        let (_, state) = self.character_mut(id)?;
         state.is_released = true;
         state.pending = None;
         state.end_strike(now, false);
@@ -252,19 +287,20 @@ impl Characters {
         poses: [&Pose; 2],
         seconds: f32,
     ) -> Result<(), CharacterError> {
+        let game_time = self.now;
+        let (kind, state) = self.character_mut(id)?;
         for pose in poses {
-            self.check_pose(pose)?;
+            check_pose(kind.baked.graph().skeleton().len(), pose)?;
         }
         within("the time between the poses", seconds, 1e-4..=1.0)?;
-        let CharacterState { goal, height, .. } = *self.state_mut(id)?;
+        let CharacterState { goal, height, .. } = *state;
         let [mut before, mut now] = poses.map(Pose::clone);
         before.root.y -= height;
         now.root.y -= height;
         let poses = [&before, &now];
-        let found = self.steering.resume(&self.baked, poses, seconds);
+        let found = kind.steering.resume(&kind.baked, poses, seconds);
         let motion = found.ok_or(CharacterError::NothingToPlay)?;
-        let (now, state) = (self.now, self.state_mut(id)?);
-        state.end_strike(now, false);
+        state.end_strike(game_time, false);
         let events = std::mem::take(&mut state.events);
         *state = CharacterState {
             goal,
@@ -282,7 +318,7 @@ impl Characters {
     pub fn threaten(&mut self, threat: Threat) -> Result<ThreatId, CharacterError> {
         threat.check(self.now)?;
         if let Some(target) = threat.target {
-            self.with_state(target, |_| ())?;
+            self.kind(target)?;
         }
         let id = ThreatId(self.next_threat);
         self.next_threat += 1;
@@ -338,55 +374,61 @@ impl Characters {
         };
         self.announce_strikes();
         self.bodies.clear();
-        if self.settings.body_radius > 0.0 || self.strikes() {
-            find_bodies(&self.baked, &self.slots, &mut self.bodies);
+        let avoids = |kind: &Kind| kind.settings.body_radius > 0.0;
+        if self.kinds.iter().any(avoids) || self.strikes() {
+            find_bodies(&self.kinds, &self.slots, &mut self.bodies);
         }
-        let times = [dt, self.settings.steer.interval];
-        let searches = self.settings.searches_per_step;
-        share_searches(&mut self.slots, times, searches, &mut self.due);
+        let settings = self.kinds[0].settings;
+        let searches = settings.searches_per_step;
+        share_searches(&self.kinds, &mut self.slots, dt, searches, &mut self.due);
         let heights = self.slots.iter_mut().filter_map(|slot| {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            Some(slot.state.as_deref()?.height)
+            let height = slot.state.as_deref()?.height;
+            let [low, high] = slot.kind.of(&self.kinds).roots;
+            Some([height + low, height + high])
         });
-        let [low, high] = heights.fold([0.0, 0.0], |[low, high]: [f32; 2], height| {
-            [low.min(height), high.max(height)]
+        let heights = heights.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], one| {
+            [low.min(one[0]), high.max(one[1])]
         });
-        let [low, high] = [low + self.roots[0], high + self.roots[1]];
+        let reach = self.kinds.iter().map(|kind| kind.baked.reach());
         self.flights.find(
             &self.threats,
             [self.now, f64::from(dt)],
-            [low - MOVED, high + MOVED],
-            self.baked.reach(),
+            [heights[0] - MOVED, heights[1] + MOVED],
+            reach.fold(0.0, f32::max),
         );
-        let world = World {
-            baked: &self.baked,
-            settings: &self.settings,
-            steering: &self.steering,
-            threats: &self.threats,
-            flights: &self.flights,
-            obstacles,
-            bodies: &self.bodies,
-            now: self.now,
-            dt,
+        let (kinds, slots, workers) = (&self.kinds, &self.slots, &self.workers);
+        let world = |kind: KindId| {
+            let kind = kind.of(kinds);
+            World {
+                baked: &kind.baked,
+                settings: &kind.settings,
+                steering: &kind.steering,
+                threats: &self.threats,
+                flights: &self.flights,
+                obstacles,
+                bodies: &self.bodies,
+                now: self.now,
+                dt,
+            }
         };
-        let (slots, workers) = (&self.slots, &self.workers);
         each(slots, workers, &mut self.pool, |index, slot, worker| {
-            let id = slot.id(index);
+            let (id, world) = (slot.id(index), world(slot.kind));
             let state = slot.state.as_deref_mut();
             slot.urgency = state.and_then(|state| state.begin(id, &world, worker));
             slot.is_unfinished &= slot.urgency.is_some();
         });
-        most_urgent(slots, self.settings.plans_per_step, &mut self.urgent);
+        most_urgent(slots, settings.plans_per_step, &mut self.urgent);
         let plan = |index: usize, slot: &mut Slot, worker: &mut Worker| {
             let _span = tracing::trace_span!("character: plan", character = index).entered();
-            let id = slot.id(index);
+            let (id, world) = (slot.id(index), world(slot.kind));
             let state = slot.state.as_deref_mut();
             state.is_none_or(|state| state.avoid(id, &world, worker))
         };
-        let seconds = 1e-3 * self.settings.plan_milliseconds;
+        let seconds = 1e-3 * settings.plan_milliseconds;
         each_urgent(slots, workers, &mut self.pool, &self.urgent, seconds, plan);
         each(slots, workers, &mut self.pool, |index, slot, worker| {
-            let id = slot.id(index);
+            let (id, world) = (slot.id(index), world(slot.kind));
             if let Some(state) = &mut slot.state {
                 state.step(id, &world, worker, slot.may_search);
             }
@@ -422,9 +464,9 @@ impl Characters {
         id: CharacterId,
         joints: &mut [JointTransform],
     ) -> Result<(), CharacterError> {
-        let needed = self.baked.graph().skeleton().len();
-        if joints.len() != needed {
-            let found = joints.len();
+        let skeleton = self.baked_of(id)?.graph().skeleton();
+        let (needed, found) = (skeleton.len(), joints.len());
+        if found != needed {
             return Err(CharacterError::Joints { needed, found });
         }
         let free = self.workers.iter().find_map(|one| one.try_lock().ok());
@@ -433,7 +475,7 @@ impl Characters {
             pose, joints: own, ..
         } = &mut *worker;
         self.local_pose(id, pose)?;
-        forward_kinematics(self.baked.graph().skeleton(), pose, own);
+        forward_kinematics(skeleton, pose, own);
         joints.copy_from_slice(own);
         Ok(())
     }
@@ -443,11 +485,11 @@ impl Characters {
     /// # Errors
     /// An unknown character.
     pub fn local_pose(&self, id: CharacterId, pose: &mut Pose) -> Result<(), CharacterError> {
-        self.with_state(id, |state| {
+        self.with_state(id, |kind, state| {
             let playing = &state.playing;
             playing
                 .motion
-                .sample(self.baked.graph(), playing.seconds, pose);
+                .sample(kind.baked.graph(), playing.seconds, pose);
             pose.root.y += state.height;
         })
     }
@@ -457,9 +499,9 @@ impl Characters {
     /// # Errors
     /// An unknown character.
     pub fn playhead(&self, id: CharacterId) -> Result<Playhead, CharacterError> {
-        self.with_state(id, |state| {
+        self.with_state(id, |kind, state| {
             let playing = &state.playing;
-            playing.motion.playhead(self.baked.graph(), playing.seconds)
+            playing.motion.playhead(kind.baked.graph(), playing.seconds)
         })
     }
 
@@ -470,8 +512,9 @@ impl Characters {
     pub fn place(&self, id: CharacterId) -> Result<Rigid2, CharacterError> {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         self.local_pose(id, &mut pose)?;
-        forward_kinematics(self.baked.graph().skeleton(), &pose, &mut joints);
-        Ok(self.baked.stance(&joints).placement)
+        let baked = self.baked_of(id)?;
+        forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+        Ok(baked.stance(&joints).placement)
     }
 
     /// Velocity of the root as it is played, in metres per second.
@@ -479,30 +522,7 @@ impl Characters {
     /// # Errors
     /// An unknown character.
     pub fn velocity(&self, id: CharacterId) -> Result<Vec3, CharacterError> {
-        self.with_state(id, |state| state.velocity(&self.baked))
-    }
-
-    fn check_pose(&self, pose: &Pose) -> Result<(), CharacterError> {
-        let needed = self.baked.graph().skeleton().len();
-        let translations = match pose.translations.len() {
-            0 => needed,
-            count => count,
-        };
-        for found in [pose.rotations.len(), translations] {
-            if found != needed {
-                return Err(CharacterError::Joints { needed, found });
-            }
-        }
-        let root = "the distance of a pose's root from the origin";
-        shorter(root, pose.root, FURTHEST)?;
-        for rotation in &pose.rotations {
-            let squared = rotation.length_squared();
-            within("the squared length of a rotation", squared, 0.9998..=1.0002)?;
-        }
-        for place in &pose.translations {
-            shorter("the distance of a joint from its parent", *place, FURTHEST)?;
-        }
-        Ok(())
+        self.with_state(id, |kind, state| state.velocity(&kind.baked))
     }
 
     fn threat_index(&self, id: ThreatId) -> Result<usize, CharacterError> {
@@ -516,21 +536,33 @@ impl Characters {
         slot.unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn state_mut(&mut self, id: CharacterId) -> Result<&mut CharacterState, CharacterError> {
-        self.with_state(id, |_| ())?;
-        let state = self.slot_mut(id.index).state.as_deref_mut();
-        state.ok_or_else(|| unknown(id))
+    pub(super) fn known_kind(&self, kind: KindId) -> Result<&Kind, CharacterError> {
+        let known = self.kinds.get(usize::from(kind.0));
+        known.ok_or(CharacterError::NoSuchKind(kind))
+    }
+
+    pub(super) fn character_mut(
+        &mut self,
+        id: CharacterId,
+    ) -> Result<(&Kind, &mut CharacterState), CharacterError> {
+        let slot = self.slots.get_mut(id.index as usize);
+        let slot = slot.map(|slot| slot.get_mut().unwrap_or_else(PoisonError::into_inner));
+        let slot = slot.filter(|slot| slot.generation == id.generation);
+        let slot = slot.ok_or_else(|| unknown(id))?;
+        let state = slot.state.as_deref_mut().ok_or_else(|| unknown(id))?;
+        Ok((slot.kind.of(&self.kinds), state))
     }
 
     pub(super) fn with_state<T>(
         &self,
         id: CharacterId,
-        read: impl FnOnce(&CharacterState) -> T,
+        read: impl FnOnce(&Kind, &CharacterState) -> T,
     ) -> Result<T, CharacterError> {
         let slot = self.slots.get(id.index as usize).map(lock);
         let slot = slot.filter(|slot| slot.generation == id.generation);
-        let state = slot.as_ref().and_then(|slot| slot.state.as_deref());
-        state.map(read).ok_or_else(|| unknown(id))
+        let slot = slot.ok_or_else(|| unknown(id))?;
+        let state = slot.state.as_deref().ok_or_else(|| unknown(id))?;
+        Ok(read(slot.kind.of(&self.kinds), state))
     }
 }
 
@@ -539,18 +571,25 @@ fn unknown(id: CharacterId) -> CharacterError {
     CharacterError::NoSuchCharacter { index, generation }
 }
 
-/// A number that differs between graphs: of the names of joints and clips, and of the edges.
-fn fingerprint(graph: &MotionGraph) -> u32 {
-    let mut hash = crc32fast::Hasher::new();
-    let joints = graph.skeleton().joints().iter().map(|joint| &*joint.name);
-    for name in joints.chain(graph.clips().iter().map(Clip::name)) {
-        hash.update(name.as_bytes());
-        hash.update(b"\n");
-    }
-    for edge in graph.edges() {
-        for number in [edge.from.0, edge.to.0, edge.frames] {
-            hash.update(&number.to_le_bytes());
+/// Refuses poses of another number of joints than `needed`, and those that no body has.
+fn check_pose(needed: usize, pose: &Pose) -> Result<(), CharacterError> {
+    let translations = match pose.translations.len() {
+        0 => needed,
+        count => count,
+    };
+    for found in [pose.rotations.len(), translations] {
+        if found != needed {
+            return Err(CharacterError::Joints { needed, found });
         }
     }
-    hash.finalize()
+    let root = "the distance of a pose's root from the origin";
+    shorter(root, pose.root, FURTHEST)?;
+    for rotation in &pose.rotations {
+        let squared = rotation.length_squared();
+        within("the squared length of a rotation", squared, 0.9998..=1.0002)?;
+    }
+    for place in &pose.translations {
+        shorter("the distance of a joint from its parent", *place, FURTHEST)?;
+    }
+    Ok(())
 }

@@ -4,6 +4,7 @@ use glam::Vec3;
 use thiserror::Error;
 
 use super::event::ThreatId;
+use super::kind::KindId;
 use crate::crowd::CrowdError;
 use crate::query::QuerySettingsError;
 
@@ -22,6 +23,12 @@ pub enum CharacterError {
     /// The threat does not exist, or no longer.
     #[error("there is no threat {}", .0.0)]
     NoSuchThreat(ThreatId),
+    /// The kind does not exist.
+    #[error("there is no kind of character {}", .0.0)]
+    NoSuchKind(KindId),
+    /// There are 65,536 kinds of character.
+    #[error("there are too many kinds of character")]
+    TooManyKinds,
     /// The graph has no moment without a labelled event.
     #[error("the graph has no moment without an event, in which a character could stand")]
     NothingToPlay,

@@ -34,19 +34,19 @@
 //! detail; the graph poses near ones and those that turn, blend or dodge. All poses are in one buffer, in one format.
 //!
 //! ```no_run
-//! # use sabaki::character::{CharacterError, CharacterId, Characters, CrowdPoseSettings};
+//! # use sabaki::character::{CharacterError, CharacterId, Characters, CrowdPoseSettings, KindId};
 //! # use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
 //! # fn frame(fighters: &mut Characters, me: CharacterId) -> Result<(), Box<dyn std::error::Error>> {
 //! let baked = fighters.baked().clone();
 //! let graph = baked.graph();
 //! let levels = Levels::build(graph.skeleton(), graph.clips(), &LevelSettings::default())?;
 //! let switching = Switching::new(&levels, &SwitchSettings::default())?;
-//! fighters.use_crowd(&levels, CrowdPoseSettings { near: 5.0, switching, ..CrowdPoseSettings::default() })?;
+//! fighters.use_crowd(KindId::default(), &levels, CrowdPoseSettings { near: 5.0, switching, ..CrowdPoseSettings::default() })?;
 //! // As long as there are no more than 1000 characters, this is enough.
-//! let mut out = vec![sabaki::math::F32x16::ZERO; fighters.max_output_len(1000)];
+//! let mut out = vec![sabaki::math::F32x16::ZERO; fighters.max_output_len(KindId::default(), 1000)];
 //! // Every frame:
 //! fighters.step(1.0 / 60.0, &[], &mut Vec::new());
-//! fighters.pose_all(glam::Vec3::new(0.0, 1.6, 8.0), &mut out)?;
+//! fighters.pose_all(KindId::default(), glam::Vec3::new(0.0, 1.6, 8.0), &mut out)?;
 //! let x = fighters.pose_slice(me)?.number(&out, 0, 3);
 //! # Ok(())
 //! # }
@@ -59,6 +59,7 @@ mod event;
 mod flights;
 mod goal;
 mod keep_out;
+mod kind;
 mod obstacles;
 mod plan;
 mod playing;
@@ -80,6 +81,7 @@ pub use crowd_poses::CrowdPoseSettings;
 pub use error::CharacterError;
 pub use event::{CharacterEvent, CharacterEventKind, CharacterId, ThreatId};
 pub use goal::{Goal, StrikeAt, StrikeKind};
+pub use kind::KindId;
 pub use saved::CharactersState;
 pub use settings::{CharacterSettings, SteerSettings};
 pub use threat::Threat;

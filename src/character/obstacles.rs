@@ -5,10 +5,10 @@ use std::sync::Mutex;
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use super::event::CharacterId;
+use super::kind::Kind;
 use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::{OtherBody, Worker, World};
-use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 use crate::query::Obstacle;
 use crate::query::clearance::ObstacleTest;
@@ -20,12 +20,15 @@ const NEAR: f32 = 6.0;
 const STOREY: f32 = 1.8;
 
 /// Lists all characters that are not released.
-pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut Vec<OtherBody>) {
+pub(super) fn find_bodies(kinds: &[Kind], slots: &[Mutex<Slot>], out: &mut Vec<OtherBody>) {
     for (index, slot) in slots.iter().enumerate() {
         let slot = lock(slot);
         let Some(state) = slot.state.as_deref().filter(|state| !state.is_released) else {
             continue;
         };
+        let Kind {
+            baked, settings, ..
+        } = slot.kind.of(kinds);
         let velocity = state.velocity(baked);
         let playing = &state.playing;
         let root = playing.motion.root(baked.graph(), playing.seconds);
@@ -35,6 +38,7 @@ pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut V
             height: state.height,
             root: root.y,
             velocity: Vec2::new(velocity.x, velocity.z),
+            radius: settings.body_radius,
         });
     }
 }
@@ -66,12 +70,11 @@ impl CharacterState {
         let place = root + Vec3::Y * self.height;
         let given = world.obstacles.iter().filter(|one| near(one, place));
         out.extend(given.map(|one| one.lowered(self.height)));
-        let others = bodies
-            .iter()
-            .filter(|body| body.id != id && (body.height - self.height).abs() < STOREY);
-        for body in others {
-            let radius = world.settings.body_radius;
-            let disc = Obstacle::disc(body.place, radius);
+        let is_other = |body: &&OtherBody| {
+            body.id != id && body.radius > 0.0 && (body.height - self.height).abs() < STOREY
+        };
+        for body in bodies.iter().filter(is_other) {
+            let disc = Obstacle::disc(body.place, body.radius);
             let velocity = Vec3::new(body.velocity.x, 0.0, body.velocity.y);
             let disc = disc.and_then(|disc| disc.moving(velocity));
             out.extend(disc.ok().filter(|disc| near(&disc, root)));

@@ -8,6 +8,7 @@ use super::characters::Characters;
 use super::crowd_poses::{CrowdPoseSettings, CrowdPoses, Member, Poser, Seen};
 use super::error::CharacterError;
 use super::event::CharacterId;
+use super::kind::{Kind, KindId};
 use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use super::world::Worker;
@@ -19,53 +20,71 @@ use crate::math::F32x16;
 use crate::math::parallel::lock;
 
 impl Characters {
-    /// Makes [`Characters::pose_all`] possible. `levels` are built from the graph's skeleton and clips.
+    /// Makes [`Characters::pose_all`] possible for a kind. `levels` are built from its graph's skeleton and clips.
     ///
     /// # Errors
-    /// Levels of another skeleton or other clips.
+    /// An unknown kind; levels of another skeleton or other clips.
     pub fn use_crowd(
         &mut self,
+        kind: KindId,
         levels: &Levels,
         settings: CrowdPoseSettings,
     ) -> Result<(), CharacterError> {
-        self.crowd = Some(CrowdPoses::new(self.baked.graph(), levels, settings)?);
+        let kind = self
+            .kinds
+            .get_mut(usize::from(kind.0))
+            .ok_or(CharacterError::NoSuchKind(kind))?;
+        kind.crowd = Some(CrowdPoses::new(kind.baked.graph(), levels, settings)?);
         Ok(())
     }
 
-    /// Length of a buffer that [`Characters::pose_all`] can always write to, while no more than so many characters have existed at once.
-    /// 0 without [`Characters::use_crowd`].
+    /// Length of a buffer that [`Characters::pose_all`] can always write to, while no more than so many characters, of all kinds, have existed
+    /// at once. 0 without [`Characters::use_crowd`].
     #[must_use]
-    pub fn max_output_len(&self, characters: usize) -> usize {
-        let crowd = self.crowd.as_ref();
+    pub fn max_output_len(&self, kind: KindId, characters: usize) -> usize {
+        let crowd = self.crowd(kind);
         crowd.map_or(0, |poses| poses.max_len(characters))
     }
 
     /// The levels and joints of what [`Characters::pose_all`] writes. `None` without [`Characters::use_crowd`].
     #[must_use]
-    pub fn animations(&self) -> Option<&AnimationSet> {
-        self.crowd.as_ref().map(|poses| &*poses.animations)
+    pub fn animations(&self, kind: KindId) -> Option<&AnimationSet> {
+        self.crowd(kind).map(|poses| &*poses.animations)
     }
 
-    /// Writes the poses of all characters, as they are after the last step, to `out`, in the crowd's output format. Levels are chosen by
-    /// the distance from the camera at `eye`, in metres. In [`Layout::Instances`] the row of a character is that of its
+    fn crowd(&self, kind: KindId) -> Option<&CrowdPoses> {
+        self.kinds.get(usize::from(kind.0))?.crowd.as_ref()
+    }
+
+    /// Writes the poses of all characters of a kind, as they are after the last step, to `out`, in the crowd's output format. Levels are chosen
+    /// by the distance from the camera at `eye`, in metres. In [`Layout::Instances`] the row of a character is that of its
     /// [`CharacterId::index`].
     ///
     /// # Errors
-    /// No [`Characters::use_crowd`] before; an output that is too small; more characters than a crowd can have.
-    pub fn pose_all(&mut self, eye: Vec3, out: &mut [F32x16]) -> Result<(), CharacterError> {
+    /// An unknown kind; no [`Characters::use_crowd`] before; an output that is too small; more characters than a crowd can have.
+    pub fn pose_all(
+        &mut self,
+        kind: KindId,
+        eye: Vec3,
+        out: &mut [F32x16],
+    ) -> Result<(), CharacterError> {
         let _span = tracing::trace_span!("characters: pose all").entered();
-        let poses = self.crowd.as_mut().ok_or(CharacterError::NoCrowd)?;
-        let graph = self.baked.graph();
+        self.known_kind(kind)?;
+        let Kind { baked, crowd, .. } = &mut self.kinds[usize::from(kind.0)];
+        let poses = crowd.as_mut().ok_or(CharacterError::NoCrowd)?;
+        let graph = baked.graph();
         poses.grow(self.slots.len())?;
         poses.singles.clear();
         poses.crowd.set_time(self.now);
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            let state = slot.state.as_deref();
+            let is_of_kind = slot.kind == kind;
+            let state = slot.state.as_deref().filter(|_| is_of_kind);
             let played = state.map(|state| (&state.playing.motion, state.playing.seconds));
             let age = played.and_then(|(motion, seconds)| motion.blend_age(seconds));
             let blend = age.map(|age| slot.known_blend(age, self.now));
-            let seen = slot.state.as_deref().map(|state| {
+            let state = slot.state.as_deref().filter(|_| is_of_kind);
+            let seen = state.map(|state| {
                 let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
                 let blended = |blend: Blend| {
                     let reach = motion.blend_reach(graph, seconds, &mut poses.reaches);
@@ -145,8 +164,7 @@ impl Characters {
     }
 
     fn member(&self, id: CharacterId) -> Result<(&CrowdPoses, Member), CharacterError> {
-        self.with_state(id, |_| ())?;
-        let poses = self.crowd.as_ref().ok_or(CharacterError::NoCrowd)?;
+        let poses = self.crowd(self.kind(id)?).ok_or(CharacterError::NoCrowd)?;
         let member = poses.members.get(id.index as usize);
         Ok((poses, *member.ok_or(CharacterError::NotPosed)?))
     }

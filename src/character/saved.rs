@@ -1,36 +1,39 @@
-//! Saves and restores all characters. A loaded game continues bit-identically.
+//! Saves and restores all characters, or one. A loaded game continues bit-identically.
 //!
 //! ```text
-//! 0   8  "sabgame\n"
+//! 0   8  "sabgame\n", or "sabchar\n" for one character
 //! 8   4  format version, u32 little-endian
 //! 12  4  CRC-32 of all following bytes, u32 little-endian
-//! 16  …  CharactersState, serialized by postcard
+//! 16  …  CharactersState, or fingerprint of the graph and CharacterState, serialized by postcard
 //! ```
 
 use std::sync::Mutex;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::characters::Characters;
 use super::error::{CharacterError, FURTHEST};
+use super::event::CharacterId;
+use super::kind::Kind;
 use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::KnownThreat;
 use crate::archive;
 use crate::graph::Motion;
-use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 
-const MAGIC: [u8; 8] = *b"sabgame\n";
-const VERSION: u32 = 5;
+const GAME: [u8; 8] = *b"sabgame\n";
+const CHARACTER: [u8; 8] = *b"sabchar\n";
+const VERSION: u32 = 6;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
 /// The state of all characters and threats, without the graph and the settings. A restored game continues bit-identically.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CharactersState {
-    /// Fingerprint of the graph.
-    graph: u32,
+    /// Fingerprint of each kind's graph.
+    graphs: Vec<u32>,
     slots: Vec<Slot>,
     free: Vec<u32>,
     threats: Vec<KnownThreat>,
@@ -39,11 +42,15 @@ pub struct CharactersState {
 }
 
 impl Characters {
+    fn fingerprints(&self) -> impl Iterator<Item = u32> {
+        self.kinds.iter().map(|kind| kind.fingerprint)
+    }
+
     /// The state of all characters and threats. Serialize it in a format that keeps floats exactly.
     #[must_use]
     pub fn state(&self) -> CharactersState {
         CharactersState {
-            graph: self.fingerprint,
+            graphs: self.fingerprints().collect(),
             slots: self.slots.iter().map(|slot| lock(slot).clone()).collect(),
             free: self.free.clone(),
             threats: self.threats.clone(),
@@ -57,10 +64,10 @@ impl Characters {
     /// # Errors
     /// A state that is damaged or belongs to another graph. The characters then stay as they are.
     pub fn restore(&mut self, state: CharactersState) -> Result<(), CharacterError> {
-        if state.graph != self.fingerprint {
+        if !self.fingerprints().eq(state.graphs.iter().copied()) {
             return Err(CharacterError::Saved("belongs to another graph"));
         }
-        state.check(&self.baked)?;
+        state.check(&self.kinds)?;
         self.slots = state.slots.into_iter().map(Mutex::new).collect();
         self.free = state.free;
         self.threats = state.threats;
@@ -74,13 +81,7 @@ impl Characters {
     /// # Errors
     /// Memory is exhausted.
     pub fn save(&self) -> Result<Vec<u8>, CharacterError> {
-        let saved = postcard::to_extend(&self.state(), vec![0; HEADER]);
-        let mut bytes = saved.map_err(|_| CharacterError::Saved("needs too much memory"))?;
-        let checksum = crc32fast::hash(&bytes[HEADER..]);
-        bytes[..8].copy_from_slice(&MAGIC);
-        bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
-        bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
-        Ok(bytes)
+        to_bytes(GAME, &self.state())
     }
 
     /// [`Characters::restore`] from bytes.
@@ -89,61 +90,121 @@ impl Characters {
     /// The errors of [`Characters::restore`], and bytes that are not from [`Characters::save`], are damaged, or were written by a version of
     /// this crate with another format.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), CharacterError> {
-        let wrong = |what| Err(CharacterError::Saved(what));
-        let Some((header, saved)) = bytes.split_at_checked(HEADER) else {
-            return wrong("is too short");
-        };
-        if header[..8] != MAGIC {
-            return wrong(match archive::is_baked(bytes) {
-                true => "is a baked graph",
-                false => "does not begin with the mark of a saved game",
-            });
+        self.restore(from_bytes(GAME, bytes)?)
+    }
+
+    /// The state of one character, for example to send it to another machine that plays the same game.
+    ///
+    /// # Errors
+    /// An unknown character; memory is exhausted.
+    pub fn save_character(&self, id: CharacterId) -> Result<Vec<u8>, CharacterError> {
+        self.with_state(id, |kind, state| {
+            to_bytes(CHARACTER, &(kind.fingerprint, state))
+        })?
+    }
+
+    /// Continues a character from [`Characters::save_character`], of a character with the same graph. Times in it, and the ids of threats and
+    /// characters, are those of its game: with the same [`Characters::now`] and the same threats it continues bit-identically.
+    ///
+    /// # Errors
+    /// An unknown character; bytes that are not from there, are damaged, belong to another graph, or were written by a version of this crate with
+    /// another format. The character then stays as it is.
+    pub fn load_character(&mut self, id: CharacterId, bytes: &[u8]) -> Result<(), CharacterError> {
+        let now = self.now;
+        let (kind, state) = self.character_mut(id)?;
+        let (graph, mut loaded): (u32, CharacterState) = from_bytes(CHARACTER, bytes)?;
+        if graph != kind.fingerprint {
+            return Err(CharacterError::Saved("belongs to another graph"));
         }
-        if header[8..12] != VERSION.to_le_bytes() {
-            return wrong("was written by another version of sabaki");
+        if !loaded.is_sound(kind, now) {
+            return Err(CharacterError::Saved(UNSOUND));
         }
-        if header[12..] != crc32fast::hash(saved).to_le_bytes() {
-            return wrong("is damaged: its checksum does not fit");
+        // The limb of a strike is announced by the game that plays it.
+        let threat = |state: &CharacterState| state.strike.and_then(|strike| strike.threat);
+        if let Some(strike) = &mut loaded.strike {
+            strike.threat =
+                threat(state).filter(|_| state.strike.map(|it| it.from) == Some(strike.from));
         }
-        match postcard::take_from_bytes(saved) {
-            Ok((state, [])) => self.restore(state),
-            _ => wrong("is damaged"),
-        }
+        loaded.events = std::mem::take(&mut state.events);
+        *state = loaded;
+        Ok(())
+    }
+}
+
+/// Why a state is refused that no game leads to.
+const UNSOUND: &str = "is damaged: it has what no game leads to";
+
+fn to_bytes(magic: [u8; 8], state: &impl Serialize) -> Result<Vec<u8>, CharacterError> {
+    let saved = postcard::to_extend(state, vec![0; HEADER]);
+    let mut bytes = saved.map_err(|_| CharacterError::Saved("needs too much memory"))?;
+    let checksum = crc32fast::hash(&bytes[HEADER..]);
+    bytes[..8].copy_from_slice(&magic);
+    bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
+    bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+fn from_bytes<T: DeserializeOwned>(magic: [u8; 8], bytes: &[u8]) -> Result<T, CharacterError> {
+    let wrong = |what| Err(CharacterError::Saved(what));
+    let Some((header, saved)) = bytes.split_at_checked(HEADER) else {
+        return wrong("is too short");
+    };
+    if header[..8] != magic {
+        return wrong(match archive::is_baked(bytes) {
+            true => "is a baked graph",
+            false if magic == GAME => "does not begin with the mark of a saved game",
+            false => "does not begin with the mark of a saved character",
+        });
+    }
+    if header[8..12] != VERSION.to_le_bytes() {
+        return wrong("was written by another version of sabaki");
+    }
+    if header[12..] != crc32fast::hash(saved).to_le_bytes() {
+        return wrong("is damaged: its checksum does not fit");
+    }
+    match postcard::take_from_bytes(saved) {
+        Ok((state, [])) => Ok(state),
+        _ => wrong("is damaged"),
+    }
+}
+
+impl CharacterState {
+    /// Whether a game leads to it at the time `now`.
+    fn is_sound(&self, kind: &Kind, now: f64) -> bool {
+        // A time is long past or near: what waits for one does not wait for ever.
+        let near_now = |time: f64| time.is_finite() && time < now + 600.0;
+        let graph = kind.baked.graph();
+        let plays = |motion: &Motion| !motion.is_empty() && motion.is_sound(graph);
+        let playing = &self.playing;
+        let strike = self.strike.iter();
+        let times = [self.held_until, self.passed_at, self.look_at].into_iter();
+        let mut times = times
+            .chain(self.retry_at)
+            .chain(self.given_up.iter().map(|one| one.until))
+            .chain(strike.flat_map(|it| [it.from, it.contact, it.until]));
+        (0.0..=600.0).contains(&playing.seconds)
+            && (0.01..=100.0).contains(&playing.rate)
+            && plays(&playing.motion)
+            && self
+                .pending
+                .as_ref()
+                .is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
+            && self.goal.check().is_ok()
+            && self.height.abs() <= FURTHEST
+            && self.moved >= 0.0
+            && self.steer.is_sound()
+            && self.reach.is_none_or(|reach| reach.is_sound())
+            && times.all(near_now)
     }
 }
 
 impl CharactersState {
-    fn check(&self, baked: &BakedGraph) -> Result<(), CharacterError> {
-        let graph = baked.graph();
-        // A time is long past or near: what waits for one does not wait for ever.
-        let near_now = |time: f64| time.is_finite() && time < self.now + 600.0;
-        let plays = |motion: &Motion| !motion.is_empty() && motion.is_sound(graph);
-        let sound = |state: &CharacterState| {
-            let playing = &state.playing;
-            let times =
-                (0.0..=600.0).contains(&playing.seconds) && (0.01..=100.0).contains(&playing.rate);
-            let pending = state.pending.as_ref();
-            times
-                && plays(&playing.motion)
-                && pending.is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
-                && state.goal.check().is_ok()
-                && state.height.abs() <= FURTHEST
-                && state.moved >= 0.0
-                && state.steer.is_sound()
-                && state.reach.is_none_or(|reach| reach.is_sound())
-                && [state.held_until, state.passed_at, state.look_at]
-                    .into_iter()
-                    .chain(state.retry_at)
-                    .chain(state.given_up.iter().map(|one| one.until))
-                    .chain(
-                        state
-                            .strike
-                            .iter()
-                            .flat_map(|it| [it.from, it.contact, it.until]),
-                    )
-                    .all(near_now)
+    fn check(&self, kinds: &[Kind]) -> Result<(), CharacterError> {
+        let sound = |slot: &Slot| {
+            let kind = kinds.get(usize::from(slot.kind.0));
+            let state = slot.state.as_deref();
+            state.is_none_or(|state| kind.is_some_and(|kind| state.is_sound(kind, self.now)))
         };
-        let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());
         let empty = |index: &u32| {
             self.slots
                 .get(*index as usize)
@@ -155,7 +216,7 @@ impl CharactersState {
             .filter(|slot| slot.state.is_none())
             .count();
         let fits = self.now.is_finite()
-            && states.into_iter().all(sound)
+            && self.slots.iter().all(sound)
             && self.free.iter().all(empty)
             && self.free.len() == vacant
             && is_distinct(&self.free)
@@ -171,9 +232,7 @@ impl CharactersState {
                 .all(|known| known.id.0 < self.next_threat);
         match fits {
             true => Ok(()),
-            false => Err(CharacterError::Saved(
-                "is damaged: it has what no game leads to",
-            )),
+            false => Err(CharacterError::Saved(UNSOUND)),
         }
     }
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::event::CharacterId;
+use super::kind::{Kind, KindId};
 use super::state::CharacterState;
 use super::world::Worker;
 use crate::graph::BlendReach;
@@ -16,6 +17,7 @@ use crate::math::parallel::{WorkerPool, lock};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Slot {
     pub(super) generation: u32,
+    pub(super) kind: KindId,
     pub(super) state: Option<Box<CharacterState>>,
     /// Time until a new threat may reach the body, during a step.
     #[serde(skip)]
@@ -181,14 +183,15 @@ pub(super) struct Due {
 }
 
 /// Chooses the characters that may search in a step: those that wait longest, until `least` searches are reached or as many as keep up with
-/// all characters that search each `interval` seconds.
+/// all characters that search each [`SteerSettings::interval`](super::SteerSettings::interval).
 pub(super) fn share_searches(
+    kinds: &[Kind],
     slots: &mut [Mutex<Slot>],
-    [dt, interval]: [f32; 2],
+    dt: f32,
     least: usize,
     due: &mut Vec<Due>,
 ) {
-    let mut steered = 0;
+    let mut keeps_up = 0.0;
     due.clear();
     for (index, slot) in slots.iter_mut().enumerate() {
         let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -198,7 +201,7 @@ pub(super) fn share_searches(
         let Some((seconds, state)) = next else {
             continue;
         };
-        steered += 1;
+        keeps_up += dt / slot.kind.of(kinds).settings.steer.interval;
         if seconds <= dt {
             let cost = state.steer.search_cost();
             due.push(Due {
@@ -208,7 +211,6 @@ pub(super) fn share_searches(
             });
         }
     }
-    let keeps_up = steered as f32 * dt / interval;
     let mut left = least.max(keeps_up.ceil() as usize);
     due.sort_unstable_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.index.cmp(&b.index)));
     for one in due {

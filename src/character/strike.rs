@@ -10,6 +10,7 @@ use super::characters::Characters;
 use super::error::CharacterError;
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::goal::{Aim, Goal, StrikeAt};
+use super::kind::KindId;
 use super::state::CharacterState;
 use super::steer::{SteerStep, StrikeTable, Target, Times};
 use super::threat::{Threat, Window};
@@ -278,7 +279,7 @@ impl Characters {
     pub(super) fn announce_strikes(&mut self) {
         /// What is left of a strike is announced if it lasts longer, in seconds.
         const SHORTEST: f64 = 0.02;
-        let (graph, now) = (self.baked.graph(), self.now);
+        let now = self.now;
         for index in (0..self.threats.len()).rev() {
             let known = &mut self.threats[index];
             let Some(by) = known.limb.as_ref().map(|limb| limb.by) else {
@@ -286,19 +287,25 @@ impl Characters {
             };
             let slot = self.slots.get(by.index as usize).map(lock);
             let slot = slot.filter(|slot| slot.generation == by.generation);
-            let state = slot.as_ref().and_then(|slot| slot.state.as_deref());
-            let is_on = |state: &&CharacterState| {
+            let state = slot
+                .as_ref()
+                .and_then(|slot| Some((slot.kind, slot.state.as_deref()?)));
+            let is_on = |(_, state): &(KindId, &CharacterState)| {
                 let strike = state.strike.as_ref();
                 strike.is_some_and(|strike| strike.threat == Some(known.id))
             };
             match state.filter(is_on) {
-                Some(state) => known.follow(state, graph),
+                Some((kind, state)) => {
+                    let kind = kind.of(&self.kinds);
+                    known.follow(state, kind.baked.graph());
+                }
                 None => self.unused_limbs.push(self.threats.remove(index)),
             }
         }
         for (index, slot) in self.slots.iter().enumerate() {
             let mut slot = lock(slot);
             let by = slot.id(index);
+            let kind = slot.kind.of(&self.kinds);
             let Some(state) = slot.state.as_deref_mut() else {
                 continue;
             };
@@ -311,9 +318,9 @@ impl Characters {
             let known = self.unused_limbs.pop();
             let mut known = known.unwrap_or_else(|| KnownThreat::empty(id));
             (known.id, known.version) = (id, 0);
-            let strikes = &self.steering.strikes;
+            let strikes = &kind.steering.strikes;
             let worker = &mut lock(&self.workers[0]);
-            known.pose_limb((by, state), (&self.baked, strikes), now, worker);
+            known.pose_limb((by, state), (&kind.baked, strikes), now, worker);
             self.threats.push(known);
             state.strike = Some(Strike {
                 threat: Some(id),

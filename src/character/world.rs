@@ -15,7 +15,7 @@ use crate::graph::{JointReach, Motion, MotionMoment};
 use crate::maps::BakedGraph;
 use crate::query::{Answer, Attack, Obstacle, QueryContext};
 
-/// Data that all characters of a step share.
+/// Data that all characters of a kind share in a step.
 pub(super) struct World<'a> {
     pub baked: &'a BakedGraph,
     pub settings: &'a CharacterSettings,
@@ -78,6 +78,8 @@ pub(super) struct OtherBody {
     pub root: f32,
     /// Velocity on the ground (x, z), in metres per second.
     pub velocity: Vec2,
+    /// [`CharacterSettings::body_radius`].
+    pub radius: f32,
 }
 
 /// Scratch of one thread.

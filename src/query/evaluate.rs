@@ -612,6 +612,10 @@ impl Evaluator {
             let body = self.workers.body();
             body.push(baked, natural, end, f32::INFINITY)
         });
+        if found == f32::INFINITY {
+            // There was no time to measure it.
+            return round.allowed_push();
+        }
         self.natural_push = Some(found);
         found.max(round.allowed_push())
     }

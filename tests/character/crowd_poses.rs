@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::Pose;
 use sabaki::character::{
-    CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings,
+    CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, KindId,
 };
 use sabaki::crowd::{CrowdSettings, Layout, Output};
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
@@ -58,7 +58,9 @@ impl Scene {
             switching: self.switching.clone(),
             blend_error: 0.0,
         };
-        characters.use_crowd(&self.levels, settings).unwrap();
+        characters
+            .use_crowd(KindId::default(), &self.levels, settings)
+            .unwrap();
         characters
     }
 
@@ -131,7 +133,7 @@ fn each_character_is_where_it_is_whoever_poses_it() {
         let mut characters = scene.characters(settings, 2);
         let ids = spawn(&mut characters, 60);
         let mut random = Random::new(4);
-        let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+        let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), ids.len())];
         let mut before = vec![false; ids.len()];
         let (mut seen, mut changes) = ([0, 0], 0);
         for frame in 0..60 {
@@ -142,7 +144,9 @@ fn each_character_is_where_it_is_whoever_poses_it() {
             play(&mut characters, 1);
             // A camera that flies across.
             let eye = Vec3::new(frame as f32 * 0.5 - 20.0, 1.6, 0.0);
-            characters.pose_all(eye, &mut out).unwrap();
+            characters
+                .pose_all(KindId::default(), eye, &mut out)
+                .unwrap();
             for (&id, before) in ids.iter().zip(&mut before) {
                 let by_crowd = characters.is_posed_by_crowd(id).unwrap();
                 let detail = characters.detail(id).unwrap();
@@ -177,14 +181,18 @@ fn a_blend_is_left_out_only_where_it_is_too_small_to_be_seen() {
             blend_error,
             ..CrowdPoseSettings::default()
         };
-        characters.use_crowd(&scene.levels, settings).unwrap();
+        characters
+            .use_crowd(KindId::default(), &scene.levels, settings)
+            .unwrap();
         let ids = spawn(&mut characters, 40);
-        let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+        let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), ids.len())];
         let eye = Vec3::new(0.0, 1.6, -20.0);
         let mut by_crowd = 0;
         for _ in 0..60 {
             play(&mut characters, 1);
-            characters.pose_all(eye, &mut out).unwrap();
+            characters
+                .pose_all(KindId::default(), eye, &mut out)
+                .unwrap();
             for &id in &ids {
                 let place = characters.place(id).unwrap();
                 let distance = eye.distance(Vec3::new(place.x, 1.0, place.z)) + 1.0;
@@ -211,11 +219,13 @@ fn poses_do_not_depend_on_threads() {
         };
         let mut characters = scene.characters(crowd, threads);
         let ids = spawn(&mut characters, 60);
-        let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+        let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), ids.len())];
         for _ in 0..40 {
             play(&mut characters, 1);
             let eye = Vec3::new(0.0, 1.6, -14.0);
-            characters.pose_all(eye, &mut out).unwrap();
+            characters
+                .pose_all(KindId::default(), eye, &mut out)
+                .unwrap();
         }
         let numbers = |&id: &CharacterId| {
             let slice = characters.pose_slice(id).unwrap();
@@ -242,10 +252,12 @@ fn instances_stand_at_the_row_of_their_place() {
     };
     let mut characters = scene.characters(crowd, 1);
     let mut ids = spawn(&mut characters, 20);
-    let mut out = vec![F32x16::ZERO; characters.max_output_len(20)];
+    let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), 20)];
     let mut pose = |characters: &mut Characters| {
         play(characters, 1);
-        characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+        characters
+            .pose_all(KindId::default(), Vec3::ZERO, &mut out)
+            .unwrap();
     };
     pose(&mut characters);
     // A place that is used again.
@@ -267,22 +279,34 @@ fn what_cannot_be_posed_is_an_error() {
     let scene = Scene::shared();
     let mut characters = characters(CharacterSettings::default());
     let ids = spawn(&mut characters, 3);
-    assert_eq!(characters.max_output_len(3), 0);
-    let without = characters.pose_all(Vec3::ZERO, &mut []);
+    assert_eq!(characters.max_output_len(KindId::default(), 3), 0);
+    let without = characters.pose_all(KindId::default(), Vec3::ZERO, &mut []);
     assert_eq!(without, Err(CharacterError::NoCrowd));
     characters
-        .use_crowd(&scene.levels, CrowdPoseSettings::default())
+        .use_crowd(
+            KindId::default(),
+            &scene.levels,
+            CrowdPoseSettings::default(),
+        )
         .unwrap();
     assert_eq!(characters.pose_slice(ids[0]), Err(CharacterError::NotPosed));
-    assert!(characters.pose_all(Vec3::ZERO, &mut []).is_err());
-    let mut out = vec![F32x16::ZERO; characters.max_output_len(3)];
-    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    assert!(
+        characters
+            .pose_all(KindId::default(), Vec3::ZERO, &mut [])
+            .is_err()
+    );
+    let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), 3)];
+    characters
+        .pose_all(KindId::default(), Vec3::ZERO, &mut out)
+        .unwrap();
     assert!(characters.pose_slice(ids[0]).is_ok());
     let saved = characters.save().unwrap();
     characters.load(&saved).unwrap();
-    characters.pose_all(Vec3::NAN, &mut out).unwrap();
+    characters
+        .pose_all(KindId::default(), Vec3::NAN, &mut out)
+        .unwrap();
     let mut levels = scene.levels.clone();
     levels.levels.clear();
-    let none = characters.use_crowd(&levels, CrowdPoseSettings::default());
+    let none = characters.use_crowd(KindId::default(), &levels, CrowdPoseSettings::default());
     assert!(none.is_err());
 }

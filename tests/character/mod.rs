@@ -1,6 +1,7 @@
 //! Tests of `sabaki::character`.
 
 mod crowd_poses;
+mod kinds;
 mod lasting;
 mod obstacles;
 mod save;

@@ -98,8 +98,8 @@ fn what_is_not_a_saved_game_of_this_graph_is_refused_by_name() {
     let words = "the saved state was written by another version of sabaki";
     assert_eq!(refusal(&other), words);
     other = bytes.clone();
-    // The number of the graph comes first.
-    other[16] ^= 1;
+    // The number of graphs comes first, then that of the graph.
+    other[17] ^= 1;
     seal(&mut other);
     assert_eq!(refusal(&other), "the saved state belongs to another graph");
 }

@@ -95,7 +95,7 @@ impl MotionBody {
     }
 
     /// The largest horizontal acceleration of the body's centre of mass on a motion until `end`, or the first one above `limit`, in metres per
-    /// second squared. The motion must last until then.
+    /// second squared; infinite beyond the limit of work. The motion must last until then.
     pub(crate) fn push(
         &mut self,
         baked: &BakedGraph,
@@ -112,6 +112,10 @@ impl MotionBody {
         for index in 0.. {
             let seconds = (index * TICKS) as f32 / SAMPLE_RATE;
             if seconds > end || most > limit {
+                break;
+            }
+            if self.is_late() {
+                most = f32::INFINITY;
                 break;
             }
             let number = self.poses.number(baked, motion.moment_at(seconds));

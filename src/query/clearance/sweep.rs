@@ -275,6 +275,9 @@ impl Search {
         bounded.clear();
         let all = first - first % interval..last + 1;
         for tick in all.clone().step_by(LANES * interval) {
+            if self.passes_deadline() {
+                return;
+            }
             let ticks = (tick..all.end).step_by(interval).take(LANES);
             let intervals = Intervals {
                 tick,

@@ -161,6 +161,54 @@ static void pose_as_one_and_as_all(sabaki_game *game, sabaki_character me, uint3
     free(memory);
 }
 
+/* A kind with other settings in the same game, its crowd, and one of its characters sent to another game. */
+static void kinds(const char *path, sabaki_game *game, sabaki_game *other) {
+    sabaki_graph *graph = 0;
+    check(sabaki_graph_open(path, &graph), "sabaki_graph_open");
+    sabaki_game_settings settings = {0};
+    sabaki_crowd_settings crowd = {0};
+    sabaki_character here, there;
+    uint32_t kind = 0, same = 0;
+    size_t size = 0;
+    settings.size = sizeof settings;
+    check(sabaki_game_settings_default(&settings), "sabaki_game_settings_default");
+    settings.margin = 0.1f;
+    check(sabaki_add_kind(game, graph, &settings, &kind), "sabaki_add_kind");
+    check(sabaki_add_kind(other, graph, &settings, &same), "sabaki_add_kind");
+    if (kind != 1 || same != 1) fail("the second kind");
+    sabaki_graph_close(graph);
+    check(sabaki_spawn_kind(game, kind, 20, 0, 1, &here), "sabaki_spawn_kind");
+    check(sabaki_spawn_kind(other, kind, 0, 20, 0, &there), "sabaki_spawn_kind");
+    refused(sabaki_spawn_kind(game, 70000, 0, 0, 0, &there), "no kind");
+    if (sabaki_kind_of(game, here) != kind || sabaki_kind_of(game, UINT64_MAX) != UINT32_MAX) fail("the kind of a character");
+    check(sabaki_save_character(game, here, 0, 0, &size), "sabaki_save_character");
+    unsigned char *bytes = malloc(size);
+    check(sabaki_save_character(game, here, bytes, size, &size), "sabaki_save_character");
+    check(sabaki_load_character(other, there, bytes, size), "sabaki_load_character");
+    refused(sabaki_load_character(other, there, bytes, size - 1), "damaged");
+    float root[2][3], rotations[4];
+    check(sabaki_local_pose_of(game, here, root[0], rotations, 0, 1), "sabaki_local_pose_of");
+    check(sabaki_local_pose_of(other, there, root[1], rotations, 0, 1), "sabaki_local_pose_of");
+    if (memcmp(root[0], root[1], sizeof root[0]) != 0) fail("a character in another game");
+    crowd.size = sizeof crowd;
+    check(sabaki_crowd_settings_default(&crowd), "sabaki_crowd_settings_default");
+    crowd.kind = kind;
+    check(sabaki_use_crowd(game, &crowd), "sabaki_use_crowd");
+    size = sabaki_kind_crowd_bytes(game, kind, 8);
+    if (size == 0 || sabaki_kind_crowd_bytes(game, 9, 8) != 0) fail("the size of a crowd");
+    float *memory = malloc(size + 128), *out = (float *)(((uintptr_t)memory + 64) & ~(uintptr_t)63);
+    const float eye[3] = {20, 1, 3};
+    sabaki_pose_slice slice = {0};
+    slice.size = sizeof slice;
+    check(sabaki_pose_kind(game, kind, eye, out, size), "sabaki_pose_kind");
+    check(sabaki_pose_slice_of(game, here, &slice), "sabaki_pose_slice_of");
+    if (sabaki_kind_level_joint(game, kind, slice.level, 0) != 0) fail("the root of a level");
+    if (fabsf(out[slice.start + 3] - root[0][0]) > 1e-3f) fail("a character of another kind among all");
+    free(memory);
+    free(bytes);
+    check(sabaki_despawn(game, here), "sabaki_despawn");
+}
+
 /* One character strikes another, until its first strike has ended. */
 static void strike(sabaki_game *game, sabaki_character me, sabaki_character you) {
     sabaki_event events[16];
@@ -314,6 +362,7 @@ int main(int arguments, char **argument) {
 
     pose_as_one_and_as_all(other, me, joints);
     strike(other, me, you);
+    kinds(argument[1], game, other);
     logged = 0;
     solids[1].corner_count = 2;
     refused(sabaki_step(game, 0.1f, solids, 3), "obstacle 1: a polygon needs");
