@@ -85,6 +85,8 @@ static FUNCTIONS: &[Function] = &[
     Function(crowd::sabaki_kind_crowd_bytes as *const ()),
     Function(crowd::sabaki_pose_kind as *const ()),
     Function(crowd::sabaki_kind_level_joint as *const ()),
+    Function(graph::sabaki_graph_set_space as *const ()),
+    Function(graph::sabaki_space_matrix as *const ()),
 ];
 
 exported! {

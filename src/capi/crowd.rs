@@ -140,6 +140,7 @@ exported! {
         size: usize,
     ) {
         let (game, eye) = (given(game, "game")?, Vec3::from_array(*given(eye, "eye")?));
+        let eye = game.space.inverse().point(eye);
         if !out.is_aligned() {
             return Err("out does not begin at a multiple of 64 bytes".to_owned().into());
         }

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ffi::c_void;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::device::Device;
 use super::graph::Graph;
@@ -16,7 +16,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::gpu::{self, CullerDesc, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, Space};
 use crate::query::cull::{CullPath, Overlap, cpu};
 use crate::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request, SessionId};
 
@@ -70,8 +70,20 @@ pub(super) struct JointOut {
     pub(super) rotation: [f32; 4],
 }
 
+impl SphereOut {
+    /// A sphere, in the host's space.
+    pub(super) fn new(centre: Vec3, radius: f32, space: Space) -> Self {
+        Self {
+            center: space.point(centre).to_array(),
+            radius: space.length(radius),
+        }
+    }
+}
+
 impl JointOut {
-    pub(super) fn new(joint: &JointTransform) -> Self {
+    /// A joint, in the host's space.
+    pub(super) fn new(joint: &JointTransform, space: Space) -> Self {
+        let joint = space.joint(*joint);
         Self {
             position: joint.translation.to_array(),
             rotation: joint.rotation.to_array(),
@@ -96,6 +108,8 @@ struct Slot {
 /// `sabaki_culler`.
 pub(super) struct Culler {
     baked: Arc<BakedGraph>,
+    /// Leads to the host's space.
+    space: Space,
     settings: QuerySettings,
     memory: HostMemory,
     device: gpu::Culler,
@@ -137,6 +151,7 @@ exported! {
         };
         *out = Box::into_raw(Box::new(Culler {
             baked: Arc::clone(&graph.baked),
+            space: graph.space,
             settings: QuerySettings::default(),
             memory,
             slots: (0..device.slots()).map(|_| Slot::default()).collect(),
@@ -177,7 +192,7 @@ exported! {
         if commands.is_null() {
             return Err("commands is NULL".to_owned().into());
         }
-        let attack = read_attack(keys)?;
+        let attack = read_attack(keys, culler.space.inverse())?;
         let request = Request::new(culler.playhead(place)?, &attack);
         // SAFETY: the caller's command buffer, and it vouches for the slot.
         unsafe { culler.record(slot, commands as u64, request) }?;
@@ -210,9 +225,10 @@ exported! {
     ) {
         // SAFETY: the caller gives place for that many joints.
         let out = unsafe { given_slice_mut(joints, count, "joints") }?;
-        let joints = given(culler, "culler")?.sample(slot, seconds)?;
-        for (out, joint) in out.iter_mut().zip(joints) {
-            *out = JointOut::new(joint);
+        let culler = given(culler, "culler")?;
+        let space = culler.space;
+        for (out, joint) in out.iter_mut().zip(culler.sample(slot, seconds)?) {
+            *out = JointOut::new(joint, space);
         }
     }
 
@@ -226,13 +242,10 @@ exported! {
         // SAFETY: the caller gives place for that many spheres.
         let out = unsafe { given_slice_mut(spheres, count, "spheres") }?;
         let culler = given(culler, "culler")?;
-        let baked = Arc::clone(&culler.baked);
+        let (baked, space) = (Arc::clone(&culler.baked), culler.space);
         let joints = culler.sample(slot, seconds)?;
         for (out, sphere) in out.iter_mut().zip(&baked.body().spheres) {
-            *out = SphereOut {
-                center: sphere.centre(joints).to_array(),
-                radius: sphere.radius,
-            };
+            *out = SphereOut::new(sphere.centre(joints), sphere.radius, space);
         }
     }
 
@@ -247,17 +260,18 @@ exported! {
         let answer = &culler.answered(slot)?.answer;
         let playhead = answer.motion.playhead(graph, valid_time(seconds)?);
         let world = playhead.placement(graph);
+        let ground = culler.space.ground(Vec2::new(world.x, world.z));
         *out = Place {
             edge: playhead.edge.0,
             frame: playhead.frame,
-            x: world.x,
-            z: world.z,
-            heading: world.heading(),
+            x: ground.x,
+            z: ground.y,
+            heading: culler.space.heading(world.heading()),
         };
     }
 }
 
-fn read_attack(keys: &[Key]) -> Result<Attack, String> {
+fn read_attack(keys: &[Key], space: Space) -> Result<Attack, String> {
     let of_one = keys.chunk_by(|a, b| a.sphere == b.sphere);
     let mut names: Vec<u32> = of_one.clone().map(|keys| keys[0].sphere).collect();
     names.sort_unstable();
@@ -270,8 +284,8 @@ fn read_attack(keys: &[Key]) -> Result<Attack, String> {
     let spheres = of_one.map(|keys| {
         let key = |key: &Key| SphereKey {
             t: key.t,
-            center: Vec3::from_array(key.center),
-            radius: key.radius,
+            center: space.point(Vec3::from_array(key.center)),
+            radius: space.length(key.radius),
         };
         keys.iter().map(key).collect()
     });
@@ -302,7 +316,9 @@ impl Culler {
         if !sound {
             return Err(wrong());
         }
-        let world = Rigid2::new(place.heading, place.x, place.z);
+        let space = self.space.inverse();
+        let ground = space.ground(Vec2::new(place.x, place.z));
+        let world = Rigid2::new(space.heading(place.heading), ground.x, ground.y);
         let playhead = Playhead::at(graph, EdgeId(place.edge), place.frame, world);
         playhead
             .is_sound(graph)

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
+
 use super::culler::{JointOut, SphereOut};
 use super::game_inputs::{EventOut, GoalIn, ObstacleIn, ThreatIn};
 use super::graph::Graph;
@@ -12,12 +14,14 @@ use crate::anim::{JointTransform, Pose};
 use crate::character::{
     CharacterError, CharacterEvent, CharacterId, CharacterSettings, Characters, KindId, ThreatId,
 };
-use crate::math::Rigid2;
+use crate::math::{Rigid2, Space};
 use crate::query::Obstacle;
 
 /// `sabaki_game`.
 pub(super) struct Game {
     pub(super) characters: Characters,
+    /// Leads to the host's space.
+    pub(super) space: Space,
     obstacles: Vec<Obstacle>,
     events: Vec<CharacterEvent>,
     joints: Vec<JointTransform>,
@@ -25,6 +29,13 @@ pub(super) struct Game {
 }
 
 impl Game {
+    /// A place on the host's ground.
+    fn rigid(&self, x: f32, z: f32, heading: f32) -> Rigid2 {
+        let space = self.space.inverse();
+        let ground = space.ground(Vec2::new(x, z));
+        Rigid2::new(space.heading(heading), ground.x, ground.y)
+    }
+
     /// The joints of a character in the world.
     fn posed(&mut self, character: u64) -> Result<&[JointTransform], CharacterError> {
         let id = CharacterId::from_bits(character);
@@ -136,6 +147,7 @@ exported! {
         // SAFETY: the caller gives settings, or none.
         let settings = unsafe { read_settings(settings) }?;
         *out = Box::into_raw(Box::new(Game {
+            space: graph.space,
             characters: Characters::new(Arc::clone(&graph.baked), settings)?,
             obstacles: Vec::new(),
             events: Vec::new(),
@@ -182,7 +194,7 @@ exported! {
         character: Option<&mut u64>,
     ) {
         let (game, out) = (given(game, "game")?, given(character, "character")?);
-        let id = game.characters.spawn(Rigid2::new(heading, x, z))?;
+        let id = game.characters.spawn(game.rigid(x, z, heading))?;
         *out = id.to_bits();
     }
 
@@ -195,7 +207,7 @@ exported! {
         character: Option<&mut u64>,
     ) {
         let (game, out) = (given(game, "game")?, given(character, "character")?);
-        let place = Rigid2::new(heading, x, z);
+        let place = game.rigid(x, z, heading);
         let id = game.characters.spawn_kind(kind_id(kind), place)?;
         *out = id.to_bits();
     }
@@ -212,7 +224,8 @@ exported! {
     ) {
         let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
         // SAFETY: the caller gives a goal.
-        game.characters.steer(id, unsafe { read(goal) }?.goal()?)?;
+        let goal = unsafe { read(goal) }?.goal(game.space.inverse())?;
+        game.characters.steer(id, goal)?;
     }
 
     unsafe extern "C" fn sabaki_move_by(
@@ -223,7 +236,7 @@ exported! {
         heading: f32,
     ) {
         let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
-        game.characters.move_by(id, Rigid2::new(heading, x, z))?;
+        game.characters.move_by(id, game.rigid(x, z, heading))?;
     }
 
     unsafe extern "C" fn sabaki_set_height(
@@ -232,7 +245,7 @@ exported! {
         height: f32,
     ) {
         let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
-        game.characters.set_height(id, height)?;
+        game.characters.set_height(id, game.space.inverse().length(height))?;
     }
 
     unsafe extern "C" fn sabaki_threaten(
@@ -240,9 +253,9 @@ exported! {
         threat: *const ThreatIn,
         id: Option<&mut u64>,
     ) {
-        // SAFETY: the caller's threat has its spheres.
-        let threat = unsafe { read(threat)?.threat() }?;
         let (game, out) = (given(game, "game")?, given(id, "id")?);
+        // SAFETY: the caller's threat has its spheres.
+        let threat = unsafe { read(threat)?.threat(game.space.inverse()) }?;
         *out = game.characters.threaten(threat)?.0;
     }
 
@@ -251,9 +264,10 @@ exported! {
         id: u64,
         threat: *const ThreatIn,
     ) {
+        let game = given(game, "game")?;
         // SAFETY: the caller's threat has its spheres.
-        let threat = unsafe { read(threat)?.threat() }?;
-        given(game, "game")?.characters.update(ThreatId(id), threat)?;
+        let threat = unsafe { read(threat)?.threat(game.space.inverse()) }?;
+        game.characters.update(ThreatId(id), threat)?;
     }
 
     unsafe extern "C" fn sabaki_remove_threat(game: Option<&mut Game>, id: u64) {
@@ -272,7 +286,7 @@ exported! {
         game.obstacles.clear();
         for (index, obstacle) in obstacles.enumerate() {
             // SAFETY: the caller's obstacle has its corners.
-            let read = unsafe { obstacle.obstacle() };
+            let read = unsafe { obstacle.obstacle(game.space.inverse()) };
             let read = read.map_err(|error| format!("obstacle {index}: {error}"))?;
             game.obstacles.push(read);
         }
@@ -285,11 +299,13 @@ exported! {
         events: *mut EventOut,
         capacity: usize,
     ) -> usize {
-        let found = game.map_or(&[][..], |game| &game.events);
+        let Some(game) = game else { return 0 };
+        let found = &game.events;
         let mut count = 0;
         call(|| {
+            let each = found.iter().map(|event| EventOut::new(event, game.space));
             // SAFETY: the caller gives room for that many events.
-            unsafe { write_array(found.iter().map(EventOut::new), events, capacity) }?;
+            unsafe { write_array(each, events, capacity) }?;
             count = found.len();
             Ok(OK)
         });
@@ -308,10 +324,7 @@ exported! {
         game.posed(character)?;
         let baked = game.characters.baked_of(CharacterId::from_bits(character))?;
         for (out, sphere) in out.iter_mut().zip(&baked.body().spheres) {
-            *out = SphereOut {
-                center: sphere.centre(&game.joints).to_array(),
-                radius: sphere.radius,
-            };
+            *out = SphereOut::new(sphere.centre(&game.joints), sphere.radius, game.space);
         }
     }
 
@@ -323,8 +336,10 @@ exported! {
     ) {
         // SAFETY: the caller gives place for that many joints.
         let out = unsafe { given_slice_mut(joints, count, "joints") }?;
-        for (out, joint) in out.iter_mut().zip(given(game, "game")?.posed(character)?) {
-            *out = JointOut::new(joint);
+        let game = given(game, "game")?;
+        let space = game.space;
+        for (out, joint) in out.iter_mut().zip(game.posed(character)?) {
+            *out = JointOut::new(joint, space);
         }
     }
 }

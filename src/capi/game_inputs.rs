@@ -9,7 +9,7 @@ use crate::anim::JointId;
 use crate::character::{
     CharacterEvent, CharacterEventKind, CharacterId, Goal, StrikeAt, StrikeKind, Threat,
 };
-use crate::math::Sphere;
+use crate::math::{Space, Sphere};
 use crate::query::Obstacle;
 
 /// `sabaki_goal`.
@@ -91,25 +91,27 @@ sized! {
 }
 
 impl GoalIn {
-    pub(super) fn goal(&self) -> Result<Goal, String> {
-        let at = Vec3::new(self.x, 0.0, self.z);
+    /// The goal. `space` leads from the host's to sabaki's.
+    pub(super) fn goal(&self, space: Space) -> Result<Goal, String> {
+        let ground = space.ground(Vec2::new(self.x, self.z));
+        let at = Vec3::new(ground.x, 0.0, ground.y);
         Ok(match self.kind {
             0 => Goal::Idle,
             1 => Goal::Walk {
                 velocity: at,
-                facing: (self.has_heading != 0).then_some(self.heading),
+                facing: (self.has_heading != 0).then_some(space.heading(self.heading)),
             },
             2 => Goal::Face {
-                heading: self.heading,
+                heading: space.heading(self.heading),
             },
             3 => Goal::GoTo {
                 point: at,
-                speed: self.speed,
+                speed: space.length(self.speed),
             },
             4 => Goal::Stop,
             5 => Goal::Strike {
                 at: match self.has_target {
-                    0 => StrikeAt::Place(at.with_y(self.y)),
+                    0 => StrikeAt::Place(at.with_y(space.length(self.y))),
                     _ => StrikeAt::Character(CharacterId::from_bits(self.target)),
                 },
                 kind: match self.has_limb {
@@ -131,18 +133,18 @@ impl GoalIn {
 impl ThreatIn {
     /// # Safety
     /// The spheres are valid.
-    pub(super) unsafe fn threat(&self) -> Result<Threat, String> {
+    pub(super) unsafe fn threat(&self, space: Space) -> Result<Threat, String> {
         // SAFETY: the caller vouches for the spheres.
         let spheres = unsafe { given_slice(self.spheres, self.sphere_count as usize, "spheres")? };
         let sphere = |sphere: &SphereOut| Sphere {
-            centre: Vec3::from_array(sphere.center),
-            radius: sphere.radius,
+            centre: space.point(Vec3::from_array(sphere.center)),
+            radius: space.length(sphere.radius),
         };
         Ok(Threat {
             time: self.time,
-            position: Vec3::from_array(self.position),
-            velocity: Vec3::from_array(self.velocity),
-            gravity: self.gravity,
+            position: space.point(Vec3::from_array(self.position)),
+            velocity: space.point(Vec3::from_array(self.velocity)),
+            gravity: space.length(self.gravity),
             spheres: spheres.iter().map(sphere).collect(),
             seconds: self.seconds,
             target: (self.has_target != 0).then_some(CharacterId::from_bits(self.target)),
@@ -153,24 +155,31 @@ impl ThreatIn {
 impl ObstacleIn {
     /// # Safety
     /// The corners are valid.
-    pub(super) unsafe fn obstacle(&self) -> Result<Obstacle, String> {
-        let (a, b) = (Vec3::from_array(self.a), Vec3::from_array(self.b));
+    pub(super) unsafe fn obstacle(&self, space: Space) -> Result<Obstacle, String> {
+        let (a, b) = (
+            space.point(Vec3::from_array(self.a)),
+            Vec3::from_array(self.b),
+        );
+        let radius = space.length(self.radius);
         let shape = match self.kind {
-            0 => Obstacle::half_space(a, b),
-            1 => Obstacle::block(a, b, self.heading),
-            2 => Obstacle::capsule(a, b, self.radius),
+            0 => Obstacle::half_space(a, space.direction(b)),
+            1 => Obstacle::block(a, space.sizes(b), space.heading(self.heading)),
+            2 => Obstacle::capsule(a, space.point(b), radius),
             3 => {
                 let count = self.corner_count.min(1 << 16) as usize;
                 // SAFETY: the caller vouches for the corners.
                 let corners = unsafe { given_slice(self.corners, 2 * count, "corners")? };
                 let corners = corners.chunks_exact(2);
-                let corners: Vec<Vec2> = corners.map(|xz| Vec2::new(xz[0], xz[1])).collect();
+                let corners: Vec<Vec2> = corners
+                    .map(|pair| space.ground(Vec2::new(pair[0], pair[1])))
+                    .collect();
                 Obstacle::polygon(&corners)
             }
-            4 => Obstacle::disc(Vec2::new(a.x, a.z), self.radius),
+            4 => Obstacle::disc(Vec2::new(a.x, a.z), radius),
             other => return Err(format!("there is no obstacle {other}")),
         };
-        let moving = shape.and_then(|shape| shape.moving(Vec3::from_array(self.velocity)));
+        let velocity = space.point(Vec3::from_array(self.velocity));
+        let moving = shape.and_then(|shape| shape.moving(velocity));
         let weighed = match self.weight {
             0.0 => moving,
             weight => moving.and_then(|shape| shape.weighing(weight)),
@@ -180,7 +189,8 @@ impl ObstacleIn {
 }
 
 impl EventOut {
-    pub(super) fn new(event: &CharacterEvent) -> Self {
+    /// The event. `space` leads to the host's.
+    pub(super) fn new(event: &CharacterEvent, space: Space) -> Self {
         let mut out = Self {
             character: event.character.to_bits(),
             time: event.time,
@@ -216,7 +226,8 @@ impl EventOut {
                 normal,
             } => {
                 (out.kind, out.threat, out.metres) = (6, threat.0, -depth);
-                (out.point, out.normal) = (point.to_array(), normal.to_array());
+                out.point = space.point(point).to_array();
+                out.normal = space.direction(normal).to_array();
                 out.joint = joint.0.into();
             }
             CharacterEventKind::Ended => out.kind = 7,
@@ -234,8 +245,9 @@ impl EventOut {
                 speed,
             } => {
                 (out.kind, out.threat, out.metres) = (11, threat.0, -depth);
-                (out.point, out.joint) = (point.to_array(), joint.0.into());
-                (out.by, out.speed) = (by.to_bits(), speed);
+                out.point = space.point(point).to_array();
+                (out.joint, out.by) = (joint.0.into(), by.to_bits());
+                out.speed = space.length(speed);
             }
             CharacterEventKind::StrikeEnded { is_whole } => {
                 (out.kind, out.is_whole) = (12, is_whole.into());

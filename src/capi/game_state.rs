@@ -7,6 +7,7 @@ use super::sized::{read, sized};
 use super::{given, given_slice, given_slice_mut};
 use crate::anim::Pose;
 use crate::character::CharacterId;
+use crate::math::Space;
 
 /// `sabaki_local_pose`.
 #[derive(Clone, Copy)]
@@ -26,7 +27,7 @@ sized! {
 impl LocalPose {
     /// # Safety
     /// The rotations are valid, and the translations are valid or null.
-    unsafe fn copy(&self, out: &mut Pose) -> Result<(), String> {
+    unsafe fn copy(&self, space: Space, out: &mut Pose) -> Result<(), String> {
         let count = self.count as usize;
         let moved = if self.translations.is_null() {
             0
@@ -40,13 +41,15 @@ impl LocalPose {
                 given_slice(self.translations, moved, "translations")?,
             )
         };
-        out.root = Vec3::from_array(self.root);
+        out.root = space.point(Vec3::from_array(self.root));
         out.rotations.clear();
         let each = rotations.chunks_exact(4);
-        out.rotations.extend(each.map(Quat::from_slice));
+        out.rotations
+            .extend(each.map(|four| space.rotation(Quat::from_slice(four))));
         out.translations.clear();
         let each = translations.chunks_exact(3);
-        out.translations.extend(each.map(Vec3::from_slice));
+        out.translations
+            .extend(each.map(|three| space.point(Vec3::from_slice(three))));
         Ok(())
     }
 }
@@ -93,13 +96,13 @@ exported! {
         let (game, mut pose) = (given(game, "game")?, Pose::default());
         let id = CharacterId::from_bits(character);
         game.characters.local_pose(id, &mut pose)?;
-        root.copy_from_slice(&pose.root.to_array());
+        root.copy_from_slice(&game.space.point(pose.root).to_array());
         for (out, rotation) in rotations.chunks_exact_mut(4).zip(&pose.rotations) {
-            rotation.write_to_slice(out);
+            game.space.rotation(*rotation).write_to_slice(out);
         }
         pose.fill_translations(game.characters.baked_of(id)?.graph().skeleton());
         for (out, place) in translations.chunks_exact_mut(3).zip(&pose.translations) {
-            place.write_to_slice(out);
+            game.space.point(*place).write_to_slice(out);
         }
     }
 
@@ -118,8 +121,9 @@ exported! {
         let game = given(game, "game")?;
         // SAFETY: the caller's poses have their rotations.
         unsafe {
-            read(before)?.copy(&mut game.poses[0])?;
-            read(now)?.copy(&mut game.poses[1])?;
+            let space = game.space.inverse();
+            read(before)?.copy(space, &mut game.poses[0])?;
+            read(now)?.copy(space, &mut game.poses[1])?;
         }
         let [before, now] = &game.poses;
         let id = CharacterId::from_bits(character);

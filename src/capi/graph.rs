@@ -9,10 +9,13 @@ use super::{given, given_slice, text};
 use crate::anim::Joint;
 use crate::archive;
 use crate::maps::BakedGraph;
+use crate::math::Space;
 
 /// `sabaki_graph`.
 pub(super) struct Graph {
     pub(super) baked: Arc<BakedGraph>,
+    /// From metres, +Y up, right-handed, to the host's space.
+    pub(super) space: Space,
     joint_names: Vec<CString>,
 }
 
@@ -25,6 +28,7 @@ impl Graph {
         Box::into_raw(Box::new(Self {
             joint_names: joint_names.collect(),
             baked: Arc::new(baked),
+            space: Space::Y_UP,
         }))
     }
 
@@ -32,6 +36,13 @@ impl Graph {
         let joints = self.baked.graph().skeleton().joints();
         joints.get(joint as usize)
     }
+}
+
+/// `sabaki_space`.
+fn known_space(space: u32) -> Result<Space, String> {
+    let all = [Space::Y_UP, Space::Z_UP, Space::UNITY, Space::UNREAL];
+    let known = all.get(space as usize).copied();
+    known.ok_or_else(|| format!("there is no space {space}"))
 }
 
 exported! {
@@ -52,6 +63,14 @@ exported! {
         let bytes = unsafe { given_slice(bytes, size, "bytes") }?;
         let baked = archive::from_bytes(bytes, Path::new("memory"));
         *graph = Graph::new(baked.map_err(|error| error.to_string())?);
+    }
+
+    unsafe extern "C" fn sabaki_graph_set_space(graph: Option<&mut Graph>, space: u32) {
+        given(graph, "graph")?.space = known_space(space)?;
+    }
+
+    unsafe extern "C" fn sabaki_space_matrix(space: u32, matrix: Option<&mut [f32; 16]>) {
+        *given(matrix, "matrix")? = known_space(space)?.matrix().to_cols_array();
     }
 
     unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) -> () {
@@ -90,6 +109,6 @@ exported! {
     ) {
         let (graph, out) = (given(graph, "graph")?, given(offset, "offset")?);
         let joint = graph.joint(joint).ok_or_else(|| format!("there is no joint {joint}"))?;
-        *out = joint.offset.to_array();
+        *out = graph.space.point(joint.offset).to_array();
     }
 }

@@ -9,7 +9,7 @@
  * the vkGetInstanceProcAddr that you pass.
  *
  * Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw. A heading of 0 faces +Z,
- * pi/2 faces +X.
+ * pi/2 faces +X. sabaki_graph_set_space() changes this to what your engine has.
  *
  * Structs whose first field is `size` can grow: set it to sizeof of yours, also before sabaki fills one; of an array, that of the first one
  * counts. A program that was built with an older header goes on with a newer library: what its structs lack takes its default, which is 0
@@ -61,6 +61,20 @@ typedef struct sabaki_graph sabaki_graph;
 sabaki_status sabaki_graph_open(const char *path, sabaki_graph **graph);
 /* The same from the `size` bytes of a baked file in memory, which are not needed afterwards. */
 sabaki_status sabaki_graph_load(const void *bytes, size_t size, sabaki_graph **graph);
+/* The space of your engine. */
+typedef enum sabaki_space {
+    SABAKI_Y_UP = 0,  /* metres, +Y up, right-handed; a heading of 0 faces +Z. The default; Godot's, too */
+    SABAKI_Z_UP = 1,  /* metres, +Z up, right-handed; a heading of 0 faces +Y */
+    SABAKI_UNITY = 2, /* metres, +Y up, left-handed; a heading of 0 faces +Z and grows clockwise as seen from above */
+    SABAKI_UNREAL = 3 /* centimetres, +Z up, left-handed; a heading of 0 faces +X and grows clockwise as seen from above */
+} sabaki_space;
+
+/* Says in which space positions, velocities, sizes and rotations are, of all that is made with the graph from then on; a game has that of the
+ * graph that it is created with. Where +Z points up, `x` and `z` on the ground are X and Y. Settings, limits in this header, and what is
+ * called metres stay in metres, and so do the matrices of sabaki_pose_all(). */
+sabaki_status sabaki_graph_set_space(sabaki_graph *graph, uint32_t space);
+/* The matrix M (4 columns of 4 numbers) from metres, +Y up, to a space: a matrix A of sabaki_pose_all() becomes M * A * inverse(M). */
+sabaki_status sabaki_space_matrix(uint32_t space, float *matrix);
 /* Closes a graph. Cullers keep what they need of it. NULL is allowed. */
 void sabaki_graph_close(sabaki_graph *graph);
 /* Numbers of joints, of spheres of the body, and of edges. */
@@ -535,6 +549,8 @@ typedef struct sabaki_api {
     size_t (*kind_crowd_bytes)(const sabaki_game *game, uint32_t kind, size_t characters);
     sabaki_status (*pose_kind)(sabaki_game *game, uint32_t kind, const float *eye, void *out, size_t size);
     uint32_t (*kind_level_joint)(const sabaki_game *game, uint32_t kind, uint32_t level, uint32_t index);
+    sabaki_status (*graph_set_space)(sabaki_graph *graph, uint32_t space);
+    sabaki_status (*space_matrix)(uint32_t space, float *matrix);
 } sabaki_api;
 
 /* Fills the table. If the library is older than the header, `api->size` becomes what it has filled, and what lies beyond stays as it is. */

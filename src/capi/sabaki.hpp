@@ -77,6 +77,8 @@ public:
     Graph &operator=(const Graph &) = delete;
     ~Graph() { sabaki_graph_close(handle_); }
 
+    // The space of your engine. Set it before games and cullers are made.
+    void set_space(sabaki_space space) { check(sabaki_graph_set_space(handle_, space)); }
     std::uint32_t joints() const { return sabaki_graph_joints(handle_); }
     std::uint32_t spheres() const { return sabaki_graph_spheres(handle_); }
     std::uint32_t edges() const { return sabaki_graph_edges(handle_); }

@@ -209,6 +209,85 @@ static void kinds(const char *path, sabaki_game *game, sabaki_game *other) {
     check(sabaki_despawn(game, here), "sabaki_despawn");
 }
 
+/* A place in metres, +Y up, as Unreal has it. */
+static void unreal(const float *from, float *to) {
+    to[0] = 100 * from[2];
+    to[1] = -100 * from[0];
+    to[2] = 100 * from[1];
+}
+
+/* The same game in two spaces: what is thrown, what stands in the way, and where the joints are. */
+static void spaces(const char *path) {
+    static const sabaki_sphere balls[2] = {{{0, 0, 0}, 0.1f}, {{0, 0, 0}, 10}};
+    sabaki_joint joints[2][256];
+    sabaki_character me[2];
+    sabaki_game *games[2] = {0, 0};
+    sabaki_obstacle walls[2] = {{0}, {0}};
+    sabaki_threat threats[2] = {{0}, {0}};
+    sabaki_goal goal = {0};
+    uint64_t id;
+    uint32_t space, count = 0, i, frame;
+    walls[0].a[0] = 1.5f;
+    walls[0].a[1] = 1;
+    walls[0].a[2] = 3;
+    walls[0].b[0] = 0.4f;
+    walls[0].b[1] = 1;
+    walls[0].b[2] = 0.2f;
+    unreal(walls[0].a, walls[1].a);
+    unreal(walls[0].b, walls[1].b);
+    walls[1].b[1] = 40;
+    walls[0].heading = 0.4f;
+    walls[1].heading = -0.4f;
+    threats[0].position[0] = -0.5f;
+    threats[0].position[1] = 1.2f;
+    threats[0].position[2] = 7;
+    threats[0].velocity[2] = -6;
+    threats[0].velocity[0] = 0.3f;
+    for (space = 0; space < 2; space++) {
+        sabaki_graph *graph = 0;
+        check(sabaki_graph_open(path, &graph), "sabaki_graph_open");
+        refused(sabaki_graph_set_space(graph, 4), "no space 4");
+        check(sabaki_graph_set_space(graph, space == 0 ? SABAKI_Y_UP : SABAKI_UNREAL), "sabaki_graph_set_space");
+        check(sabaki_game_create(graph, 0, &games[space]), "sabaki_game_create");
+        count = sabaki_graph_joints(graph);
+        sabaki_graph_close(graph);
+        check(sabaki_spawn(games[space], space == 0 ? 0.5f : 0, space == 0 ? 0 : -50, space == 0 ? 0.3f : -0.3f, &me[space]), "sabaki_spawn");
+        check(sabaki_set_height(games[space], me[space], space == 0 ? 0.2f : 20), "sabaki_set_height");
+        goal.size = sizeof goal;
+        goal.kind = SABAKI_GO_TO;
+        goal.x = space == 0 ? 2 : 500;
+        goal.z = space == 0 ? 5 : -200;
+        goal.speed = space == 0 ? 1.3f : 130;
+        check(sabaki_steer(games[space], me[space], &goal), "sabaki_steer");
+        walls[space].size = sizeof walls[space];
+        walls[space].kind = SABAKI_BLOCK;
+        threats[space].size = sizeof threats[space];
+        threats[space].seconds = 2;
+        threats[space].gravity = space == 0 ? 0.5f : 50;
+        threats[space].sphere_count = 1;
+        threats[space].spheres = &balls[space];
+        unreal(threats[0].position, threats[1].position);
+        unreal(threats[0].velocity, threats[1].velocity);
+        check(sabaki_threaten(games[space], &threats[space], &id), "sabaki_threaten");
+    }
+    for (frame = 0; frame < 120; frame++) {
+        for (space = 0; space < 2; space++) {
+            check(sabaki_step(games[space], 1.0f / 60, &walls[space], 1), "sabaki_step");
+            check(sabaki_pose(games[space], me[space], joints[space], count), "sabaki_pose");
+        }
+        for (i = 0; i < count; i++) {
+            float place[3];
+            unreal(joints[0][i].position, place);
+            if (apart(place, joints[1][i].position) > 5) fail("a joint in another space");
+            /* The same turn, about an axis in the other space. */
+            const float *q = joints[0][i].rotation, *r = joints[1][i].rotation;
+            if (fabsf(-q[2] * r[0] + q[0] * r[1] - q[1] * r[2] + q[3] * r[3]) < 0.998f) fail("a turn in another space");
+        }
+    }
+    if (joints[0][0].position[2] < 1) fail("a walk in two spaces");
+    for (space = 0; space < 2; space++) sabaki_game_destroy(games[space]);
+}
+
 /* One character strikes another, until its first strike has ended. */
 static void strike(sabaki_game *game, sabaki_character me, sabaki_character you) {
     sabaki_event events[16];
@@ -363,6 +442,7 @@ int main(int arguments, char **argument) {
     pose_as_one_and_as_all(other, me, joints);
     strike(other, me, you);
     kinds(argument[1], game, other);
+    spaces(argument[1]);
     logged = 0;
     solids[1].corner_count = 2;
     refused(sabaki_step(game, 0.1f, solids, 3), "obstacle 1: a polygon needs");

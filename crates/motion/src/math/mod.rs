@@ -9,6 +9,7 @@ mod rigid2;
 mod round;
 mod smooth_step;
 mod sorted_indices;
+mod space;
 
 pub use isa::{Isa, Lookup, Words};
 pub use lanes::F32x16;
@@ -20,3 +21,4 @@ pub use rigid2::{Rigid2, Sphere};
 pub use round::{floor, round};
 pub use smooth_step::smooth_step;
 pub use sorted_indices::sorted_indices;
+pub use space::Space;
