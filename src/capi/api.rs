@@ -87,6 +87,7 @@ static FUNCTIONS: &[Function] = &[
     Function(crowd::sabaki_kind_level_joint as *const ()),
     Function(graph::sabaki_graph_set_space as *const ()),
     Function(graph::sabaki_space_matrix as *const ()),
+    Function(game_state::sabaki_set_additive as *const ()),
 ];
 
 exported! {

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::game::Game;
 use super::sized::{read, sized};
 use super::{given, given_slice, given_slice_mut};
-use crate::anim::Pose;
+use crate::anim::{JointId, Pose};
 use crate::character::CharacterId;
 use crate::math::Space;
 
@@ -104,6 +104,33 @@ exported! {
         for (out, place) in translations.chunks_exact_mut(3).zip(&pose.translations) {
             game.space.point(*place).write_to_slice(out);
         }
+    }
+
+    unsafe extern "C" fn sabaki_set_additive(
+        game: Option<&mut Game>,
+        character: u64,
+        joints: *const u32,
+        rotations: *const f32,
+        count: usize,
+    ) {
+        // SAFETY: the caller gives that many joints, and four times as many numbers.
+        let (joints, rotations) = unsafe {
+            (
+                given_slice(joints, count, "joints")?,
+                given_slice(rotations, 4 * count, "rotations")?,
+            )
+        };
+        let game = given(game, "game")?;
+        let space = game.space.inverse();
+        let each = joints.iter().zip(rotations.chunks_exact(4));
+        let added: Vec<_> = each
+            .map(|(&joint, rotation)| {
+                let joint = JointId(u16::try_from(joint).unwrap_or(u16::MAX));
+                (joint, space.rotation(Quat::from_slice(rotation)))
+            })
+            .collect();
+        let id = CharacterId::from_bits(character);
+        game.characters.set_additive(id, &added)?;
     }
 
     unsafe extern "C" fn sabaki_release(game: Option<&mut Game>, character: u64) {

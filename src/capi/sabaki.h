@@ -424,6 +424,11 @@ typedef struct sabaki_local_pose {
     const float *translations; /* NULL: the joints keep the skeleton's offsets */
 } sabaki_local_pose;
 
+/* Adds rotations (4 numbers each) to `count` joints of what a character plays, for example to aim or to react to a hit: each in the joint's
+ * own frame. They replace those of the last call; poses, hits and plans have them. sabaki_resume() forgets them. */
+sabaki_status sabaki_set_additive(sabaki_game *game, sabaki_character character, const uint32_t *joints, const float *rotations,
+                                  size_t count);
+
 /* Hands the body to another system, such as a ragdoll, and takes it back from its last two poses, `seconds` apart (0.0001 to 1):
  * roots at most 5 km from the origin, rotations of length 1. */
 sabaki_status sabaki_release(sabaki_game *game, sabaki_character character);
@@ -551,6 +556,8 @@ typedef struct sabaki_api {
     uint32_t (*kind_level_joint)(const sabaki_game *game, uint32_t kind, uint32_t level, uint32_t index);
     sabaki_status (*graph_set_space)(sabaki_graph *graph, uint32_t space);
     sabaki_status (*space_matrix)(uint32_t space, float *matrix);
+    sabaki_status (*set_additive)(sabaki_game *game, sabaki_character character, const uint32_t *joints, const float *rotations,
+        size_t count);
 } sabaki_api;
 
 /* Fills the table. If the library is older than the header, `api->size` becomes what it has filled, and what lies beyond stays as it is. */

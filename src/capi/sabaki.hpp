@@ -269,6 +269,13 @@ public:
         check(sabaki_local_pose_of(handle_, character, pose.root, pose.rotations.data(), pose.translations.data(), count));
         return pose;
     }
+    // Rotations (xyzw) that are added to joints, four numbers each.
+    void set_additive(sabaki_character character, const std::vector<std::uint32_t> &joints, const std::vector<float> &rotations) {
+        if (rotations.size() != 4 * joints.size()) {
+            throw std::invalid_argument("the rotations are not four numbers for each joint");
+        }
+        check(sabaki_set_additive(handle_, character, joints.data(), rotations.data(), joints.size()));
+    }
     // Hands the body to something else, and takes it back from two poses that were seen `seconds` apart.
     void release(sabaki_character character) { check(sabaki_release(handle_, character)); }
     void resume(sabaki_character character, const LocalPose &before, const LocalPose &now, float seconds) {

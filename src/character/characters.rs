@@ -1,6 +1,6 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
 use super::event::{CharacterEvent, CharacterId, ThreatId};
@@ -13,12 +13,13 @@ use super::slot::{Due, Slot, Urgent, each, each_urgent, most_urgent, share_searc
 use super::state::CharacterState;
 use super::threat::Threat;
 use super::world::{KnownThreat, OtherBody, Worker, World};
-use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
 use crate::math::parallel::{WorkerPool, lock};
 use crate::math::{Rigid2, thread_count};
 use crate::query::Obstacle;
+use crate::query::clearance::AdditiveLayer;
 
 /// Longest time of one step, in seconds.
 const LONGEST_STEP: f32 = 1.0;
@@ -261,6 +262,32 @@ impl Characters {
         Ok(())
     }
 
+    /// Adds rotations to joints of what a character plays, for example to aim or to react to a hit: each in the joint's own frame. They replace
+    /// those of the last call; none at first. Poses, hits and plans have them; a plan expects that they stay as they are. A motion is tested again
+    /// once they have turned by more than [`CharacterSettings::margin`] in radians. Plans take longer with them, as all is posed.
+    ///
+    /// # Errors
+    /// An unknown character; a joint that its skeleton does not have; rotations that are not of unit length.
+    pub fn set_additive(
+        &mut self,
+        id: CharacterId,
+        joints: &[(JointId, Quat)],
+    ) -> Result<(), CharacterError> {
+        let now = self.now;
+        let (kind, state) = self.character_mut(id)?;
+        let needed = kind.baked.graph().skeleton().len();
+        for (joint, rotation) in joints {
+            let last = needed.saturating_sub(1) as f32;
+            within("the number of the joint", f32::from(joint.0), 0.0..=last)?;
+            check_rotation(*rotation)?;
+        }
+        let additive = AdditiveLayer::new(joints, kind.baked.reach());
+        let turned = additive.angle_to(&state.additive);
+        state.has_moved(turned, now, kind.settings.margin);
+        state.additive = additive;
+        Ok(())
+    }
+
     /// Hands the body to another system, such as a ragdoll. The character stays in place and ignores threats until
     /// [`Characters::resume`].
     ///
@@ -276,7 +303,7 @@ impl Characters {
     }
 
     /// Takes the body back. `poses` are its last two poses in the world, `seconds` apart. The character continues from the second pose and its
-    /// speed, at the nearest moment of the clips, and keeps its goal. A character that was not released continues from there, too.
+    /// speed, at the nearest moment of the clips, and keeps its goal; what was added to its joints is in the poses, and is forgotten. A character that was not released continues from there, too.
     ///
     /// # Errors
     /// An unknown character; poses of another skeleton, with numbers that are not finite, rotations that are not of unit length, or a place
@@ -381,21 +408,22 @@ impl Characters {
         let settings = self.kinds[0].settings;
         let searches = settings.searches_per_step;
         share_searches(&self.kinds, &mut self.slots, dt, searches, &mut self.due);
+        let mut reach = 0.0f32;
         let heights = self.slots.iter_mut().filter_map(|slot| {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            let height = slot.state.as_deref()?.height;
-            let [low, high] = slot.kind.of(&self.kinds).roots;
+            let (state, kind) = (slot.state.as_deref()?, slot.kind.of(&self.kinds));
+            reach = reach.max(state.reach(&kind.baked));
+            let (height, [low, high]) = (state.height, kind.roots);
             Some([height + low, height + high])
         });
         let heights = heights.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], one| {
             [low.min(one[0]), high.max(one[1])]
         });
-        let reach = self.kinds.iter().map(|kind| kind.baked.reach());
         self.flights.find(
             &self.threats,
             [self.now, f64::from(dt)],
             [heights[0] - MOVED, heights[1] + MOVED],
-            reach.fold(0.0, f32::max),
+            reach,
         );
         let (kinds, slots, workers) = (&self.kinds, &self.slots, &self.workers);
         let world = |kind: KindId| {
@@ -490,6 +518,7 @@ impl Characters {
             playing
                 .motion
                 .sample(kind.baked.graph(), playing.seconds, pose);
+            state.additive.apply(pose);
             pose.root.y += state.height;
         })
     }
@@ -571,6 +600,11 @@ fn unknown(id: CharacterId) -> CharacterError {
     CharacterError::NoSuchCharacter { index, generation }
 }
 
+fn check_rotation(rotation: Quat) -> Result<(), CharacterError> {
+    let squared = rotation.length_squared();
+    within("the squared length of a rotation", squared, 0.9998..=1.0002)
+}
+
 /// Refuses poses of another number of joints than `needed`, and those that no body has.
 fn check_pose(needed: usize, pose: &Pose) -> Result<(), CharacterError> {
     let translations = match pose.translations.len() {
@@ -585,8 +619,7 @@ fn check_pose(needed: usize, pose: &Pose) -> Result<(), CharacterError> {
     let root = "the distance of a pose's root from the origin";
     shorter(root, pose.root, FURTHEST)?;
     for rotation in &pose.rotations {
-        let squared = rotation.length_squared();
-        within("the squared length of a rotation", squared, 0.9998..=1.0002)?;
+        check_rotation(*rotation)?;
     }
     for place in &pose.translations {
         shorter("the distance of a joint from its parent", *place, FURTHEST)?;

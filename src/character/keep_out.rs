@@ -76,7 +76,7 @@ struct Depth {
 impl CharacterState {
     /// Shifts the body out of the obstacles that it enters at the end of the step.
     pub(super) fn keep_out(&mut self, world: &World<'_>, worker: &mut Worker) {
-        let (body, reach) = (world.baked.body(), world.baked.reach());
+        let (body, reach) = (world.baked.body(), self.reach(world.baked));
         let playing = &self.playing;
         let (dt, ahead) = (world.dt, POSE_AHEAD * playing.rate);
         let [root, later_root] = [0.0, ahead].map(|later| {
@@ -95,12 +95,16 @@ impl CharacterState {
         if matches!(self.squeezed, Squeezed::Stuck(until) if world.now < until) {
             return;
         }
-        worker.pose_body(
-            world.baked,
-            playing.motion.moment_at(playing.seconds + ahead),
-        );
+        let pose = |seconds: f32, worker: &mut Worker| {
+            worker.pose_body(
+                world.baked,
+                playing.motion.moment_at(seconds),
+                &self.additive,
+            );
+        };
+        pose(playing.seconds + ahead, worker);
         std::mem::swap(&mut worker.centres, &mut worker.later_centres);
-        worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
+        pose(playing.seconds, worker);
         // Only a sphere that reaches as far from the root as an obstacle is can enter it.
         let widest = |centres: &[Vec3], root: Vec3| {
             let extents = centres.iter().zip(&body.spheres);

@@ -63,7 +63,7 @@ impl CharacterState {
             .motion
             .root(world.baked.graph(), self.playing.seconds);
         let range = |obstacle: &Obstacle| {
-            world.baked.reach() + NEAR + obstacle.velocity().length() * world.settings.horizon
+            self.reach(world.baked) + NEAR + obstacle.velocity().length() * world.settings.horizon
         };
         let near =
             |obstacle: &&Obstacle, root: Vec3| obstacle.distance(root, 0.0) < range(obstacle);
@@ -117,6 +117,7 @@ impl CharacterState {
         };
         let context = &mut worker.plan.context;
         context.forget_poses();
+        context.body().set_additive(&self.additive);
         let entered = context.body().worst_entry(&test, &playing.motion);
         // Threats are then answered again; without any, steering goes on.
         if entered.is_some() && std::mem::take(&mut self.seen) == 0 {

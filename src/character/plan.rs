@@ -227,6 +227,7 @@ impl CharacterState {
         scratch: &mut PlanScratch,
     ) -> bool {
         if planning.write_attack(Attempt::PLAIN, attack) {
+            scratch.context.body().set_additive(&self.additive);
             scratch.context.start_plan(WorkLimit {
                 deadline: scratch.deadline,
                 most: planning.world.settings.plan_work as usize,

@@ -96,7 +96,7 @@ impl Characters {
                     playhead: motion.playhead(graph, seconds),
                     distance: (motion.root(graph, seconds) + Vec3::Y * state.height).distance(eye),
                     left_out: match blend {
-                        _ if motion.is_bent(seconds) => f32::INFINITY,
+                        _ if motion.is_bent(seconds) || !state.additive.is_empty() => f32::INFINITY,
                         None => 0.0,
                         Some(blend) => blend.map_or(f32::INFINITY, blended),
                     },
@@ -211,6 +211,7 @@ impl<'a> ByGraph<'a> {
             };
             let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
             motion.sample(self.graph, seconds, &mut worker.pose);
+            state.additive.apply(&mut worker.pose);
             worker.pose.root.y += state.height;
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
             let reach = motion.blend_reach(self.graph, seconds, &mut worker.reaches);
@@ -238,6 +239,7 @@ impl<'a> ByGraph<'a> {
         let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
         let (pose, joints) = (&mut worker.unblended, &mut worker.unblended_joints);
         motion.playhead(self.graph, seconds).pose(self.graph, pose);
+        state.additive.apply(pose);
         pose.root.y += state.height;
         forward_kinematics(self.graph.skeleton(), pose, joints);
         let pairs = worker.joints.iter().zip(&*joints);

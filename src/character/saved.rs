@@ -25,7 +25,7 @@ use crate::math::parallel::lock;
 
 const GAME: [u8; 8] = *b"sabgame\n";
 const CHARACTER: [u8; 8] = *b"sabchar\n";
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
@@ -192,6 +192,7 @@ impl CharacterState {
             && self.goal.check().is_ok()
             && self.height.abs() <= FURTHEST
             && self.moved >= 0.0
+            && self.additive.is_sound(graph.skeleton().len())
             && self.steer.is_sound()
             && self.reach.is_none_or(|reach| reach.is_sound())
             && times.all(near_now)

@@ -13,6 +13,7 @@ use super::world::{KnownThreat, PlanScratch, Worker, World};
 use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
 use crate::math::{Rigid2, Sphere};
+use crate::query::clearance::AdditiveLayer;
 
 /// Complete state of one character.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +22,8 @@ pub(super) struct CharacterState {
     pub goal: Goal,
     /// Height of the ground on which it stands, in metres. The motion, and everything that it is tested against, is above that ground.
     pub height: f32,
+    /// What the host adds to the pose.
+    pub additive: AdditiveLayer,
     /// How far the host has moved it since its motion was tested, in metres.
     pub moved: f32,
     pub steer: SteerState,
@@ -101,6 +104,7 @@ impl CharacterState {
             playing: Playing::new(motion),
             goal: Goal::default(),
             height: 0.0,
+            additive: AdditiveLayer::default(),
             moved: 0.0,
             steer: SteerState::default(),
             is_released: false,
@@ -163,13 +167,24 @@ impl CharacterState {
             *centre = by.point(*centre);
         }
         self.steer.move_by(by);
-        self.moved += from.distance(by.point(from)) + by.heading().abs();
+        let way = from.distance(by.point(from)) + by.heading().abs();
+        self.has_moved(way, now, most);
+    }
+
+    /// Has the motion tested again once the host has moved the body by more than `most` metres.
+    pub(super) fn has_moved(&mut self, way: f32, now: f64, most: f32) {
+        self.moved += way;
         if self.moved > most {
             self.moved = 0.0;
             self.retry_at = self.retry_at.map(|_| now);
             self.given_up.clear();
             self.look_at = now;
         }
+    }
+
+    /// How far the body reaches from its root, in metres.
+    pub(super) fn reach(&self, baked: &BakedGraph) -> f32 {
+        baked.reach() + self.additive.moves()
     }
 
     /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
@@ -272,7 +287,7 @@ impl CharacterState {
         from: f64,
         threat: &KnownThreat,
     ) -> Option<Window> {
-        let (graph, reach) = (world.baked.graph(), world.baked.reach());
+        let (graph, reach) = (world.baked.graph(), self.reach(world.baked));
         let ahead = (from - world.now) as f32 * self.playing.rate;
         let root = |t: f32| {
             self.playing

@@ -255,6 +255,7 @@ impl KnownThreat {
                 playing
                     .motion
                     .moment_at(playing.seconds + later * playing.rate),
+                &state.additive,
             );
             let centres = spheres.iter().map(|sphere| sphere.centre(&worker.joints));
             limb.centres

@@ -29,11 +29,11 @@ impl<'a> Pass<'a> {
         (start <= end && !begins_later).then_some(Self { known, start, end })
     }
 
-    /// Whether the threat may touch a body whose root is at `root` at one end of the step.
-    fn comes_near(&self, root: Vec3, world: &World<'_>) -> bool {
+    /// Whether the threat may touch a body whose root is at `root` at one end of the step, and which reaches `reach` metres far.
+    fn comes_near(&self, root: Vec3, reach: f32, world: &World<'_>) -> bool {
         let threat = &self.known.threat;
         let apart = [self.start, self.end].map(|time| threat.at(time) - root);
-        let reach = world.baked.reach() + threat.radius();
+        let reach = reach + threat.radius();
         closest(apart, [reach; 2]).1 < range_in_step(threat, world.dt)
     }
 
@@ -124,7 +124,7 @@ impl CharacterState {
 
     /// Whether a threat may touch the body in this step, or passes at a distance that is not measured yet.
     fn has_to_be_measured(&self, pass: &Pass<'_>, root: Vec3, world: &World<'_>) -> bool {
-        pass.comes_near(root, world) || self.is_missed(pass, root, world)
+        pass.comes_near(root, self.reach(world.baked), world) || self.is_missed(pass, root, world)
     }
 
     /// Whether a threat that is watched passes without having come near.
@@ -156,7 +156,11 @@ impl CharacterState {
 
     fn pose_centres(&self, world: &World<'_>, worker: &mut Worker) {
         let playing = &self.playing;
-        worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
+        worker.pose_body(
+            world.baked,
+            playing.motion.moment_at(playing.seconds),
+            &self.additive,
+        );
     }
 
     /// Measures the distance of body and threats between the start and the end of the step.

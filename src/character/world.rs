@@ -13,6 +13,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::ExternalPose;
 use crate::graph::{JointReach, Motion, MotionMoment};
 use crate::maps::BakedGraph;
+use crate::query::clearance::AdditiveLayer;
 use crate::query::{Answer, Attack, Obstacle, QueryContext};
 
 /// Data that all characters of a kind share in a step.
@@ -105,9 +106,15 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Writes the sphere centres of the body at a moment to `centres`, in the world, in metres.
-    pub(super) fn pose_body(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) {
+    pub(super) fn pose_body(
+        &mut self,
+        baked: &BakedGraph,
+        moment: MotionMoment<'_>,
+        additive: &AdditiveLayer,
+    ) {
         let graph = baked.graph();
         moment.motion.sample(graph, moment.seconds, &mut self.pose);
+        additive.apply(&mut self.pose);
         forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
         baked.body().centres(&self.joints, &mut self.centres);
     }

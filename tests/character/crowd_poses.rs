@@ -3,8 +3,8 @@
 
 use std::sync::OnceLock;
 
-use glam::{Affine3A, DVec3, Vec3};
-use sabaki::anim::Pose;
+use glam::{Affine3A, DVec3, Quat, Vec3};
+use sabaki::anim::{JointId, Pose};
 use sabaki::character::{
     CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, KindId,
 };
@@ -140,6 +140,10 @@ fn each_character_is_where_it_is_whoever_poses_it() {
             if frame % 10 == 0 {
                 let id = ids[frame % ids.len()];
                 throw_at(&mut characters, &[id], &mut random);
+                // Some bow, and rise again.
+                let bowed = [(JointId(1), Quat::from_rotation_x(0.02 * frame as f32))];
+                let added = &bowed[..usize::from(frame % 20 == 0)];
+                characters.set_additive(ids[frame % 7], added).unwrap();
             }
             play(&mut characters, 1);
             // A camera that flies across.

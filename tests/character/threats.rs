@@ -1,7 +1,7 @@
 //! Promise: what a character says of a threat is what its poses show; nothing pops.
 
-use glam::Vec3;
-use sabaki::anim::EventKind;
+use glam::{Quat, Vec3};
+use sabaki::anim::{EventKind, JointId};
 use sabaki::character::{
     CharacterError, CharacterEventKind as Kind, CharacterId, CharacterSettings, Characters, Goal,
     Threat, ThreatId,
@@ -69,6 +69,63 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
         }
     }
     assert!(misses > 12 && misses > hits, "{misses} {hits}");
+}
+
+/// A character that leans its trunk to a side, and the lean.
+fn leaning(angle: f32) -> (Characters, CharacterId) {
+    let (mut game, [id]) = game::<1>();
+    let baked = baked();
+    let mut joints = baked.graph().skeleton().joints().iter();
+    let spine = joints.position(|joint| joint.name == "Spine");
+    let lean = (JointId(spine.unwrap() as u16), Quat::from_rotation_z(angle));
+    game.set_additive(id, &[lean]).unwrap();
+    play(&mut game, 60);
+    (game, id)
+}
+
+#[test]
+fn what_is_added_to_the_joints_is_seen_by_plans_and_hits() {
+    let top = |game: &mut Characters, id: CharacterId| {
+        let joints = joints(game, id);
+        let heights = joints.iter().map(|joint| joint.translation);
+        heights.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap()
+    };
+    let (mut straight, mut sure) = (leaning(0.0), 0);
+    let upright = top(&mut straight.0, straight.1);
+    for round in 0..24 {
+        let (mut game, id) = leaning(0.9);
+        play(&mut game, 7 * round);
+        let head = top(&mut game, id);
+        assert!(head.distance(upright) > 0.3, "{head} {upright}");
+        // To where the head is.
+        let around = round as f32;
+        let way = Vec3::new(around.sin(), 0.1, around.cos()) * 5.0;
+        let threat = Threat::ball(game.now(), head + way, way * -1.2, 0.08);
+        let name = game.threaten(threat.clone()).unwrap();
+        let (mut least, mut is_hit, mut planned) = (f32::INFINITY, false, false);
+        for _ in 0..400 {
+            for event in steps(&mut game, 1.0 / 300.0, 1) {
+                match event.kind {
+                    Kind::Hit { threat, .. } => is_hit |= threat == name,
+                    Kind::Planned { .. } => planned = true,
+                    Kind::Cannot => planned = false,
+                    _ => {}
+                }
+            }
+            least = least.min(distance(&mut game, id, &threat));
+        }
+        assert!(least.abs() < 0.01 || is_hit == (least < 0.0), "{least}");
+        // What was planned with the lean is played with it.
+        assert!(!planned || least > -0.003, "{round}: {least}");
+        sure += usize::from(planned);
+    }
+    assert!(sure > 12, "{sure}");
+    let wrong = straight
+        .0
+        .set_additive(straight.1, &[(JointId(999), Quat::IDENTITY)]);
+    assert!(wrong.is_err());
+    let long = [(JointId(1), Quat::from_xyzw(0.0, 0.0, 0.5, 1.0))];
+    assert!(straight.0.set_additive(straight.1, &long).is_err());
 }
 
 #[test]

@@ -260,7 +260,7 @@ impl PosedBody<'_> {
     fn bounding_sphere(&self, tick: usize) -> [f32; 4] {
         let seconds = tick as f32 / SAMPLE_RATE;
         let [x, y, z] = self.motion.root(self.baked.graph(), seconds).to_array();
-        [x, y, z, self.baked.reach()]
+        [x, y, z, self.baked.reach() + self.poses.additive().moves()]
     }
 
     /// A vertical cylinder around the body. A posed sample has a tight one.
@@ -269,7 +269,8 @@ impl PosedBody<'_> {
             return cylinder;
         }
         let seconds = tick as f32 / SAMPLE_RATE;
-        if self.motion.is_blending(seconds) || self.motion.is_layered(seconds) {
+        let is_composed = self.motion.is_blending(seconds) || self.motion.is_layered(seconds);
+        if is_composed || !self.poses.additive().is_empty() {
             let [x, y, z, reach] = self.bounding_sphere(tick);
             return BoundingCylinder {
                 axis: Vec2::new(x, z),

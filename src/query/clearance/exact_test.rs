@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use glam::{Vec2, Vec3Swizzles};
 
+use super::additive::AdditiveLayer;
 use super::bodies::{PlayedTrack, PosedSamples, TrackedBody};
 use super::extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 use super::obstacle_test::{ObstacleScratch, ObstacleTest};
@@ -87,6 +88,11 @@ impl MotionBody {
     /// Time from which on nothing is tested, if there is one now.
     fn deadline(&self) -> Option<Instant> {
         self.limit.deadline.filter(|_| !self.has_grace)
+    }
+
+    /// Adds a layer to all motions that are tested from now on.
+    pub(crate) fn set_additive(&mut self, additive: &AdditiveLayer) {
+        self.poses.set_additive(additive);
     }
 
     /// Removes the poses of earlier motions, so that they take no memory.
@@ -223,6 +229,10 @@ impl<'a> ExactTest<'a> {
     ) -> Clearance {
         if scratch.is_late() {
             return self.too_late();
+        }
+        if !scratch.poses.additive().is_empty() {
+            // The track is that of a body without it.
+            return self.on_built_motion(scratch, build);
         }
         let deadline = scratch.deadline();
         let MotionBody {

@@ -13,6 +13,7 @@
 //! # }
 //! ```
 
+mod additive;
 mod bodies;
 mod distances;
 mod exact_test;
@@ -22,6 +23,7 @@ mod obstacle_test;
 mod pose_cache;
 mod sweep;
 
+pub(crate) use additive::AdditiveLayer;
 pub use bodies::PlayedTrack;
 pub use distances::closest;
 pub(crate) use exact_test::WorkLimit;

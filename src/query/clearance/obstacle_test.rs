@@ -76,7 +76,7 @@ impl ObstacleTest<'_> {
         scratch: &mut ObstacleScratch,
     ) -> Option<ObstacleHit> {
         poses.start_with_joints(self.baked, motion);
-        self.find_near(motion, scratch);
+        self.find_near(motion, poses.additive().moves(), scratch);
         scratch.worst = None;
         let mut at = 0;
         // The sample at which the axis is nearest is tested first: where one is entered, this one is usually.
@@ -146,8 +146,8 @@ impl ObstacleTest<'_> {
         next
     }
 
-    /// Lists the samples at which an obstacle is within reach, by time. `heights` contain the body at all samples.
-    fn find_near(&self, motion: &Motion, scratch: &mut ObstacleScratch) {
+    /// Lists the samples at which an obstacle is within reach, by time. A layer moves the body by at most `moved` metres.
+    fn find_near(&self, motion: &Motion, moved: f32, scratch: &mut ObstacleScratch) {
         let ObstacleScratch {
             columns,
             gone,
@@ -162,13 +162,16 @@ impl ObstacleTest<'_> {
         let (mut sum, mut widest, mut heights) = (0.0, 0.0f32, Heights::NONE);
         for tick in 0..ticks {
             let seconds = from + tick as f32 / Self::RATE;
-            let column = Column::new(self.baked, motion.moment_at(seconds), &mut heights);
+            let mut column = Column::new(self.baked, motion.moment_at(seconds), &mut heights);
+            column.radius += moved;
             let before = columns.last();
             sum += before.map_or(0.0, |last: &Column| last.axis.distance(column.axis));
             widest = widest.max(column.radius);
             columns.push(column);
             gone.push(sum);
         }
+        heights.low -= moved;
+        heights.high += moved;
         let (middle, around) = circle_around(columns, widest);
         for (index, obstacle) in self.obstacles.iter().enumerate() {
             let speed = obstacle.velocity().length() / Self::RATE;

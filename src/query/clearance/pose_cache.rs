@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+use super::additive::AdditiveLayer;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{ContinuedBlend, Motion, MotionMoment, Playhead};
 use crate::maps::BakedGraph;
@@ -14,6 +15,8 @@ use crate::maps::BakedGraph;
 pub(super) struct PoseCache {
     /// Identity of the graph.
     graph: Arc<()>,
+    /// Added to each pose.
+    additive: AdditiveLayer,
     pose: Pose,
     own_joints: Vec<JointTransform>,
     /// Numbers of the poses that depend on a playhead alone.
@@ -75,6 +78,18 @@ impl PoseCache {
         self.has_joints = false;
     }
 
+    /// Adds a layer to all poses from now on.
+    pub(super) fn set_additive(&mut self, additive: &AdditiveLayer) {
+        if self.additive != *additive {
+            self.additive.clone_from(additive);
+            self.clear();
+        }
+    }
+
+    pub(super) fn additive(&self) -> &AdditiveLayer {
+        &self.additive
+    }
+
     fn clear(&mut self) {
         self.known.clear();
         self.blended.clear();
@@ -105,6 +120,7 @@ impl PoseCache {
         };
         if number == next {
             motion.sample(graph, seconds, &mut self.pose);
+            self.additive.apply(&mut self.pose);
             forward_kinematics(graph.skeleton(), &self.pose, &mut self.own_joints);
             if self.has_joints {
                 self.joints.extend_from_slice(&self.own_joints);

@@ -226,7 +226,7 @@ static void spaces(const char *path) {
     sabaki_threat threats[2] = {{0}, {0}};
     sabaki_goal goal = {0};
     uint64_t id;
-    uint32_t space, count = 0, i, frame;
+    uint32_t space, count = 0, joint_count = 5000, i, frame;
     walls[0].a[0] = 1.5f;
     walls[0].a[1] = 1;
     walls[0].a[2] = 3;
@@ -274,6 +274,15 @@ static void spaces(const char *path) {
         for (space = 0; space < 2; space++) {
             check(sabaki_step(games[space], 1.0f / 60, &walls[space], 1), "sabaki_step");
             check(sabaki_pose(games[space], me[space], joints[space], count), "sabaki_pose");
+        }
+        if (frame == 60) {
+            /* A turn of 0.4 about the host's up, or ours. */
+            static const uint32_t spine = 1;
+            static const float turns[2][4] = {{0, 0.198669f, 0, 0.980067f}, {0, 0, -0.198669f, 0.980067f}};
+            for (space = 0; space < 2; space++) {
+                check(sabaki_set_additive(games[space], me[space], &spine, turns[space], 1), "sabaki_set_additive");
+            }
+            refused(sabaki_set_additive(games[0], me[0], &joint_count, turns[0], 1), "the number of the joint");
         }
         for (i = 0; i < count; i++) {
             float place[3];
