@@ -88,6 +88,7 @@ static FUNCTIONS: &[Function] = &[
     Function(graph::sabaki_graph_set_space as *const ()),
     Function(graph::sabaki_space_matrix as *const ()),
     Function(game_state::sabaki_set_additive as *const ()),
+    Function(culler::sabaki_record_batch as *const ()),
 ];
 
 exported! {

@@ -4,16 +4,17 @@ use std::convert::Infallible;
 use std::ffi::c_void;
 use std::sync::Arc;
 
+use ash::vk::{self, Handle};
 use glam::{Vec2, Vec3};
 
 use super::device::Device;
 use super::graph::Graph;
 use super::memory::HostMemory;
-use super::sized::{read, sized, write};
+use super::sized::{Grows, read, read_array, sized, write};
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_slice, given_slice_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::gpu::{self, CullerDesc, Ticket, command_buffer};
+use crate::gpu::{self, BatchEntry, CullerDesc, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::{Rigid2, Space};
@@ -39,6 +40,17 @@ pub(super) struct Key {
     radius: f32,
 }
 
+/// `sabaki_query`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub(super) struct QueryIn {
+    size: u32,
+    slot: u32,
+    place: *const Place,
+    keys: *const Key,
+    key_count: usize,
+}
+
 /// `sabaki_answer`.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -53,6 +65,7 @@ pub(super) struct AnswerOut {
 }
 
 sized! {
+    QueryIn, "queries";
     AnswerOut, "answer";
 }
 
@@ -136,6 +149,7 @@ exported! {
         };
         let desc = CullerDesc {
             frames_in_flight: slots,
+            pipeline_cache: vk::PipelineCache::from_raw(host.pipeline_cache),
             ..CullerDesc::new(path, graph.baked.atlas())
         };
         // SAFETY: the caller's device has valid handles.
@@ -186,16 +200,22 @@ exported! {
         keys: *const Key,
         key_count: usize,
     ) {
-        // SAFETY: the caller gives that many keys.
-        let keys = unsafe { given_slice(keys, key_count, "keys") }?;
-        let (culler, place) = (given(culler, "culler")?, given(place, "place")?);
-        if commands.is_null() {
-            return Err("commands is NULL".to_owned().into());
-        }
-        let attack = read_attack(keys, culler.space.inverse())?;
-        let request = Request::new(culler.playhead(place)?, &attack);
-        // SAFETY: the caller's command buffer, and it vouches for the slot.
-        unsafe { culler.record(slot, commands as u64, request) }?;
+        let place = given(place, "place")?;
+        let query = QueryIn { slot, place, keys, key_count, ..QueryIn::blank() };
+        // SAFETY: the caller gives that many keys and a command buffer, and vouches for the slot.
+        unsafe { given(culler, "culler")?.record([query].into_iter(), commands) }?;
+    }
+
+    unsafe extern "C" fn sabaki_record_batch(
+        culler: Option<&mut Culler>,
+        commands: *mut c_void,
+        queries: *const QueryIn,
+        query_count: usize,
+    ) {
+        // SAFETY: the caller gives that many queries.
+        let queries = unsafe { read_array(queries, query_count) }?;
+        // SAFETY: the queries have their places and keys, and the caller vouches for command buffer and slots.
+        unsafe { given(culler, "culler")?.record(queries, commands) }?;
     }
 
     unsafe extern "C" fn sabaki_poll(
@@ -327,27 +347,76 @@ impl Culler {
     }
 
     /// # Safety
-    /// As for [`gpu::Culler::record`].
+    /// As for [`gpu::Culler::record_batch`]. The queries have their places and keys.
     unsafe fn record(
         &mut self,
-        slot: u32,
-        commands: u64,
-        request: Request<'_>,
+        queries: impl Iterator<Item = QueryIn>,
+        commands: *mut c_void,
     ) -> Result<(), Failure> {
-        let query = Query::new(&self.baked, &self.settings);
-        let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
-        let session = query.start(request, &mut place.context);
-        (place.waiting, place.ticket, place.answered) = (Some(session.id()), None, false);
-        let (input, cmd) = (session.cull_input(), command_buffer(commands));
-        // SAFETY: the caller vouches for the command buffer and the slot.
-        let recorded = unsafe { self.device.record(cmd, slot, &input) };
-        match recorded {
-            Ok(ticket) => place.ticket = Some(ticket),
-            Err(error) if error.is_device_lost() => return Err(error.into()),
-            // Nothing was recorded. The CPU computes the same counts.
-            Err(error) => tracing::debug!("the CPU counts: {error}"),
+        if commands.is_null() {
+            return Err("commands is NULL".to_owned().into());
         }
-        Ok(())
+        let mut asked = Vec::new();
+        for one in queries {
+            // SAFETY: the caller vouches for place and keys.
+            let (place, keys) = unsafe {
+                (
+                    given(one.place.as_ref(), "place")?,
+                    given_slice(one.keys, one.key_count, "keys")?,
+                )
+            };
+            let attack = read_attack(keys, self.space.inverse())?;
+            asked.push((one.slot, self.playhead(place)?, attack));
+        }
+        // The slots are borrowed in their order.
+        asked.sort_by_key(|(slot, ..)| *slot);
+        let is_new = |pair: &[(u32, _, _)]| pair[0].0 != pair[1].0;
+        let last = asked.last().map_or(0, |last| last.0 as usize + 1);
+        if last > self.slots.len() || !asked.windows(2).all(is_new) {
+            return Err(no_slot());
+        }
+        let query = Query::new(&self.baked, &self.settings);
+        let mut sessions = Vec::new();
+        let mut slots = self.slots.iter_mut().zip(0..);
+        for (slot, playhead, attack) in &asked {
+            let Some((place, _)) = slots.find(|(_, number)| number == slot) else {
+                return Err(no_slot());
+            };
+            let Slot {
+                context,
+                waiting,
+                ticket,
+                answered,
+                ..
+            } = place;
+            let session = query.start(Request::new(*playhead, attack), context);
+            (*waiting, *ticket, *answered) = (Some(session.id()), None, false);
+            sessions.push((*slot, session, ticket));
+        }
+        let batch = sessions.iter().map(|(slot, session, _)| BatchEntry {
+            slot: *slot,
+            input: session.cull_input(),
+            ticket: None,
+        });
+        let mut batch: Vec<_> = batch.collect();
+        // SAFETY: the caller vouches for the command buffer and the slots.
+        let recorded = unsafe {
+            self.device
+                .record_batch(command_buffer(commands as u64), &mut batch)
+        };
+        let tickets: Vec<_> = batch.iter().map(|entry| entry.ticket).collect();
+        for ((_, _, ticket), recorded) in sessions.iter_mut().zip(tickets) {
+            **ticket = recorded;
+        }
+        match recorded {
+            Err(error) if error.is_device_lost() => Err(error.into()),
+            // Nothing was recorded. The CPU computes the same counts.
+            Err(error) => {
+                tracing::debug!("the CPU counts: {error}");
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
     }
 
     /// Answers a query if its counts are available. With `now`, the CPU counts at once.

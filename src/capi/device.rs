@@ -29,6 +29,7 @@ pub(super) struct Device {
     synchronization2: u32,
     extended_dynamic_state: u32,
     allocator: *const Allocator,
+    pub(super) pipeline_cache: u64,
 }
 
 sized! {

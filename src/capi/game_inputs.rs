@@ -81,6 +81,7 @@ pub(super) struct EventOut {
     by: u64,
     speed: f32,
     is_whole: u32,
+    edge: u32,
 }
 
 sized! {
@@ -197,6 +198,7 @@ impl EventOut {
             threat: u64::MAX,
             joint: u32::MAX,
             by: u64::MAX,
+            edge: u32::MAX,
             ..Self::blank()
         };
         match event.kind {
@@ -234,8 +236,13 @@ impl EventOut {
             CharacterEventKind::Shoved => out.kind = 8,
             CharacterEventKind::Stuck { depth } => (out.kind, out.metres) = (9, -depth),
             CharacterEventKind::Strikes {
-                threat, contact, ..
-            } => (out.kind, out.threat, out.contact) = (10, threat.0, contact),
+                threat,
+                attack,
+                contact,
+            } => {
+                (out.kind, out.threat, out.contact) = (10, threat.0, contact);
+                out.edge = attack.0;
+            }
             CharacterEventKind::Struck {
                 by,
                 threat,

@@ -145,6 +145,7 @@ typedef struct sabaki_device {
     uint32_t extended_dynamic_state; /* extendedDynamicState: the stencil path needs it below Vulkan 1.3 */
     /* Allocator of device memory; NULL for gpu-allocator. It is copied. */
     const sabaki_allocator *allocator;
+    uint64_t pipeline_cache; /* VkPipelineCache that pipelines are created with; 0 for none */
 } sabaki_device;
 
 /* Whether some path runs: SABAKI_OK, or SABAKI_ERROR with a message that names what is missing. If `device->device` is NULL, this
@@ -217,6 +218,19 @@ sabaki_status sabaki_release_staging(sabaki_culler *culler);
  * sabaki_poll() answers by the CPU. After SABAKI_DEVICE_LOST the query waits in the slot for sabaki_answer_now(). */
 sabaki_status sabaki_record(sabaki_culler *culler, uint32_t slot, void *commands, const sabaki_place *place,
                             const sabaki_key *keys, size_t key_count);
+
+/* A query of a batch. */
+typedef struct sabaki_query {
+    uint32_t size;
+    uint32_t slot;
+    const sabaki_place *place;
+    const sabaki_key *keys;
+    size_t key_count;
+} sabaki_query;
+
+/* Like sabaki_record(), for many queries at once, each in a slot of its own: no cull waits for another one, and one barrier serves all. If the
+ * device cannot cull one of them, the CPU answers all of the batch. */
+sabaki_status sabaki_record_batch(sabaki_culler *culler, void *commands, const sabaki_query *queries, size_t query_count);
 
 /* The answer, if the device has finished: SABAKI_OK. Otherwise SABAKI_NOT_YET. Never waits. May be called at any time; Vulkan guarantees
  * the counts once you have seen the fence or timeline semaphore of the submission. Before that, it looks for a number that the device
@@ -398,6 +412,7 @@ typedef struct sabaki_event {
     sabaki_character by; /* UINT64_MAX for none */
     float speed;         /* m/s */
     uint32_t is_whole;
+    uint32_t edge;       /* of the graph, that plays the attack of a strike; UINT32_MAX for none */
 } sabaki_event;
 
 /* Advances time by `dt` seconds. More than 1 counts as 1; negative, infinite and NaN count as 0, so that a paused game continues
@@ -558,6 +573,7 @@ typedef struct sabaki_api {
     sabaki_status (*space_matrix)(uint32_t space, float *matrix);
     sabaki_status (*set_additive)(sabaki_game *game, sabaki_character character, const uint32_t *joints, const float *rotations,
         size_t count);
+    sabaki_status (*record_batch)(sabaki_culler *culler, void *commands, const sabaki_query *queries, size_t query_count);
 } sabaki_api;
 
 /* Fills the table. If the library is older than the header, `api->size` becomes what it has filled, and what lies beyond stays as it is. */

@@ -123,6 +123,9 @@ public:
     ~Culler() { sabaki_culler_destroy(handle_); }
 
     // Starts a query; `commands` is a VkCommandBuffer that is being recorded.
+    void record(void *commands, const std::vector<sabaki_query> &queries) {
+        check(sabaki_record_batch(handle_, commands, queries.data(), queries.size()));
+    }
     void record(std::uint32_t slot, void *commands, const sabaki_place &place, const std::vector<sabaki_key> &attack) {
         check(sabaki_record(handle_, slot, commands, &place, attack.data(), attack.size()));
     }

@@ -76,6 +76,10 @@ struct Depth {
 impl CharacterState {
     /// Shifts the body out of the obstacles that it enters at the end of the step.
     pub(super) fn keep_out(&mut self, world: &World<'_>, worker: &mut Worker) {
+        if worker.obstacles.is_empty() {
+            self.squeezed = Squeezed::Free;
+            return;
+        }
         let (body, reach) = (world.baked.body(), self.reach(world.baked));
         let playing = &self.playing;
         let (dt, ahead) = (world.dt, POSE_AHEAD * playing.rate);

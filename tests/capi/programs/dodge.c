@@ -23,6 +23,7 @@ typedef struct { uint32_t type; const void *next; uint64_t pool; uint32_t level,
 typedef struct { uint32_t type; const void *next; uint32_t flags; const void *inheritance; } BeginInfo;
 typedef struct { uint32_t type; const void *next; uint32_t waits; const void *w; const void *stages; uint32_t buffers; void *const *b; uint32_t signals; const void *s; } SubmitInfo;
 typedef struct { uint32_t type; const void *next; uint64_t size; uint32_t index; } MemoryInfo;
+typedef struct { uint32_t type; const void *next; uint32_t flags; uint64_t size; const void *data; } CacheInfo;
 typedef struct { uint32_t count; struct { uint32_t flags, heap; } types[32]; uint32_t heaps; struct { uint64_t size; uint32_t flags; } h[16]; } MemoryProperties;
 enum { FEATURES = 55, PRECISE = 23 }; /* booleans of VkPhysicalDeviceFeatures, and position of occlusionQueryPrecise */
 
@@ -222,6 +223,23 @@ static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_pa
     check(sabaki_release_staging(culler), "sabaki_release_staging");
     if (blocks && blocks->live != made - 1) fail("staging memory that was not released");
 
+    /* The same question twice in one batch, the second slot first. */
+    check(CALL("vkResetCommandPool", device, pool, 0), "vkResetCommandPool");
+    check(CALL("vkBeginCommandBuffer", commands, &begin), "vkBeginCommandBuffer");
+    const sabaki_query queries[2] = {{sizeof queries[0], 1, &place, ball, 2}, {sizeof queries[0], 0, &place, ball, 2}};
+    const sabaki_query same_slot[2] = {queries[0], queries[0]};
+    if (sabaki_record_batch(culler, commands, same_slot, 2) != SABAKI_ERROR) fail("a slot twice");
+    check(sabaki_record_batch(culler, commands, queries, 2), "sabaki_record_batch");
+    check(CALL("vkEndCommandBuffer", commands), "vkEndCommandBuffer");
+    check(CALL("vkQueueSubmit", queue, 1, &submit, (uint64_t)0), "vkQueueSubmit");
+    check(CALL("vkDeviceWaitIdle", device), "vkDeviceWaitIdle");
+    uint32_t slot;
+    for (slot = 0; slot < 2; slot++) {
+        sabaki_answer one = {sizeof one, 0, 0, 0, 0, 0, 0};
+        check(sabaki_poll(culler, slot, &one), "sabaki_poll");
+        if (memcmp(&answer, &one, sizeof answer) != 0) fail("one of a batch differs");
+    }
+
     /* What is wrong is refused, and said. */
     if (sabaki_record(culler, 2, commands, &place, ball, 2) != SABAKI_ERROR) fail("a slot that is not there");
     if (sabaki_record(culler, 0, commands, &place, ball, 0) != SABAKI_ERROR) fail("an attack of nothing");
@@ -278,7 +296,11 @@ int main(int count, char **arguments) {
     Blocks blocks = {0, 64, 1};
     const sabaki_allocator allocator = {sizeof allocator, &blocks, allocate, release};
     host.allocator = &allocator;
+    CacheInfo cache_info = {17, 0, 0, 0, 0};
+    check(CALL("vkCreatePipelineCache", device, &cache_info, (void *)0, &host.pipeline_cache), "vkCreatePipelineCache");
     avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
+    CALL("vkDestroyPipelineCache", device, host.pipeline_cache, (void *)0);
+    host.pipeline_cache = 0;
     if (blocks.live) fail("blocks that were not released");
     sabaki_culler *culler = 0;
     if (sabaki_culler_create(graph, &host, SABAKI_COMPUTE, UINT32_MAX, &culler) != SABAKI_ERROR) fail("too many slots");
