@@ -8,7 +8,7 @@ use super::{
     Context, CullerDesc, GpuError, Memory, compute::ComputePath, device_path::DevicePath,
     error::within, stencil::StencilPath, uploaded::Upload,
 };
-use crate::query::cull::{Counted, CullInput, CullPath, Overlap};
+use crate::query::cull::{Counted, CullCandidate, CullInput, CullPath, Overlap};
 
 /// Identifies a recorded cull.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,10 @@ pub struct Culler {
     context: Context,
     path: CullPath,
     implementation: Box<dyn DevicePath>,
-    slots: Vec<Slot>,
+    /// For each slot, whether the commands of the cull that was recorded last upload the maps.
+    uploads: Vec<bool>,
+    /// Number of regions of the atlas.
+    regions: usize,
     max_candidates: u32,
     counts_exact: bool,
     counted: Counted,
@@ -45,14 +48,6 @@ pub struct Culler {
     /// Scratch: slots of the batch that is being recorded.
     batch: Vec<usize>,
     is_live: bool,
-}
-
-/// The cull that was recorded last into a slot.
-#[derive(Debug, Default)]
-struct Slot {
-    counted: Counted,
-    /// Whether the commands of the cull upload the maps.
-    uploads: bool,
 }
 
 impl Culler {
@@ -79,9 +74,8 @@ impl Culler {
             context: context.clone(),
             path: desc.path,
             implementation,
-            slots: (0..desc.frames_in_flight.max(1))
-                .map(|_| Slot::default())
-                .collect(),
+            uploads: vec![false; desc.frames_in_flight.max(1) as usize],
+            regions: desc.atlas.regions().len(),
             max_candidates: desc.max_candidates,
             counts_exact: !by_queries || context.features().precise_queries,
             counted: desc.counted,
@@ -127,15 +121,10 @@ impl Culler {
     /// Maximum number of culls in flight.
     #[must_use]
     pub fn slots(&self) -> u32 {
-        self.slots.len() as u32
+        self.uploads.len() as u32
     }
 
-    /// Sets the parts of the overlaps that the following culls count. Recorded culls do not change.
-    pub fn count_only(&mut self, counted: Counted) {
-        self.counted = counted;
-    }
-
-    /// Parts of the overlaps that the following culls count.
+    /// Parts of the overlaps that are counted.
     #[must_use]
     pub fn counted(&self) -> Counted {
         self.counted
@@ -214,7 +203,7 @@ impl Culler {
         batch: &mut [BatchEntry<'_>],
     ) -> Result<(), GpuError> {
         let _span = tracing::trace_span!("gpu cull: record", path = self.path.name()).entered();
-        let slots = self.slots.len() as u32;
+        let slots = self.slots();
         self.batch.clear();
         batch.iter_mut().for_each(|entry| entry.ticket = None);
         for (index, entry) in batch.iter().enumerate() {
@@ -223,14 +212,13 @@ impl Culler {
                 return Err(GpuError::NoSuchSlot { slot, slots });
             }
             self.batch.push(slot as usize);
+            self.check(entry.input.candidates)?;
             self.implementation
                 .gather(index, &entry.input, self.counted)?;
         }
         for (index, &slot) in self.batch.iter().enumerate() {
             self.implementation.write(index, slot)?;
-            let place = &mut self.slots[slot];
-            place.counted = self.counted;
-            place.uploads = !*self.upload.done.get_mut();
+            self.uploads[slot] = !*self.upload.done.get_mut();
         }
         // From here on nothing fails.
         for entry in batch.iter_mut() {
@@ -251,6 +239,21 @@ impl Culler {
         Ok(())
     }
 
+    /// Checks the number of candidates, and that their regions are in the atlas.
+    fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
+        let (count, most) = (candidates.len() as u64, self.max_candidates.into());
+        within("CullerDesc::max_candidates", count, most)?;
+        let stranger = |one: &CullCandidate| one.region.index() >= self.regions;
+        match candidates.iter().position(stranger) {
+            Some(candidate) => Err(GpuError::NoSuchRegion {
+                candidate,
+                region: candidates[candidate].region.0,
+                regions: self.regions,
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Returns whether a cull has finished. If so, `overlaps` holds its counts, in the order of the candidates. Never waits.
     ///
     /// The device makes the counts of a cull available to the host, then writes the number of the cull, and this function looks for the
@@ -262,19 +265,19 @@ impl Culler {
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
         let _span = tracing::trace_span!("gpu cull: poll", path = self.path.name()).entered();
         let index = ticket.slot as usize;
-        let slot = self.slots.get(index).ok_or(GpuError::StaleTicket)?;
+        let uploads = *self.uploads.get(index).ok_or(GpuError::StaleTicket)?;
         let words = self.implementation.words(index);
         let counts = self.implementation.counts(index);
         let Some(mut words) = counts.read(&self.context, ticket.serial, words)? else {
             return Ok(false);
         };
-        if slot.uploads {
+        if uploads {
             self.upload.done.store(true, Ordering::Relaxed);
         }
         overlaps.clear();
         overlaps.resize(ticket.candidates as usize, Overlap::default());
         self.implementation.add(index, &mut words, overlaps);
-        if !slot.counted.outer {
+        if !self.counted.outer {
             // Without a count, an outer map may overlap anything.
             overlaps.iter_mut().for_each(|one| one.outer = u32::MAX);
         }

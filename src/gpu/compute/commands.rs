@@ -1,17 +1,15 @@
 //! Descriptors, and the commands of one cull in order.
 
-use std::ops::Range;
-
 use ash::vk;
 
 use super::{
     blocks::CHUNK,
-    gathered::{Capacity, Gathered, Offsets},
-    path::{ComputePath, Parts},
+    gathered::{Gathered, Offsets},
+    path::ComputePath,
     slot::Slot,
 };
 use crate::gpu::{
-    Context, GpuError,
+    GpuError,
     barriers::{self, Access},
     counts::record_numbers,
     resources::Buffer,
@@ -20,7 +18,7 @@ use crate::gpu::{
 
 const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
 /// Kinds of the bindings: atlas, attack, candidates, groups, counts. The chunk of the attack is chosen when a set is bound.
-const BINDINGS: [vk::DescriptorType; 5] = [
+pub(super) const BINDINGS: [vk::DescriptorType; 5] = [
     STORAGE,
     vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
     STORAGE,
@@ -29,22 +27,11 @@ const BINDINGS: [vk::DescriptorType; 5] = [
 ];
 const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
 
-impl Parts {
-    /// Creates the layout of the descriptor sets.
-    pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
-        let stages = vk::ShaderStageFlags::COMPUTE;
-        self.sets
-            .make_layout(context, &BINDINGS.map(|kind| (kind, stages)))
-    }
-
+impl ComputePath {
     /// Creates the descriptor sets of each slot, one for each page of the maps.
-    pub(super) fn make_sets(
-        &mut self,
-        context: &Context,
-        capacity: &Capacity,
-        pages: &[Range<usize>],
-    ) -> Result<(), GpuError> {
-        let Offsets { groups, chunks, .. } = capacity.offsets();
+    pub(super) fn make_sets(&mut self) -> Result<(), GpuError> {
+        let (context, pages) = (&self.context, &self.planes.pages);
+        let Offsets { groups, chunks, .. } = self.capacity.offsets();
         let part = |buffer: &Buffer, offset: u64, range: u64| {
             vk::DescriptorBufferInfo::default()
                 .buffer(buffer.handle)
@@ -70,9 +57,7 @@ impl Parts {
         }
         Ok(())
     }
-}
 
-impl ComputePath {
     /// Records all inputs, then all dispatches, then all copies of counts, so that no cull of a batch waits for another one.
     ///
     /// # Safety
@@ -81,7 +66,7 @@ impl ComputePath {
         let context = &self.context;
         let culls = || {
             let culls = self.gathered.iter().zip(slots);
-            let culls = culls.map(|(gathered, &slot)| (gathered, &self.parts.slots[slot]));
+            let culls = culls.map(|(gathered, &slot)| (gathered, &self.slots[slot]));
             culls.filter(|(one, _)| one.sums() > 0 && !one.candidates.is_empty())
         };
         // SAFETY: the caller vouches for the command buffer and the slots.
@@ -98,7 +83,7 @@ impl ComputePath {
                 self.record_dispatches(cmd, gathered, slot);
             }
             context.end_label(cmd);
-            let counts = slots.iter().map(|&slot| &self.parts.slots[slot].counts);
+            let counts = slots.iter().map(|&slot| &self.slots[slot].counts);
             record_numbers(context, cmd, Access::COMPUTE_WRITE, counts);
         }
     }
@@ -107,7 +92,7 @@ impl ComputePath {
     /// As for [`ComputePath::record_commands`].
     unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, gathered: &Gathered, slot: &Slot) {
         let device = self.context.device();
-        let pipeline = &self.parts.pipeline;
+        let pipeline = &self.pipeline;
         let point = vk::PipelineBindPoint::COMPUTE;
         let constants = gathered.constants();
         let layout = pipeline.layout;

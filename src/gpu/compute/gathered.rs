@@ -107,9 +107,6 @@ impl Gathered {
         planes: &Planes,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
-        let candidates = input.candidates.len() as u64;
-        let most = u64::from(capacity.candidates);
-        within("CullerDesc::max_candidates", candidates, most)?;
         let rect = input.attack.rect;
         for side in [rect.width, rect.height] {
             let most = MapGrid::MAX_SIDE;
@@ -124,7 +121,7 @@ impl Gathered {
             blocks,
             capacity.blocks.into(),
         )?;
-        self.sort(input.candidates, planes)?;
+        self.sort(input.candidates, planes);
         self.place(input.candidates, planes)?;
         self.group();
         Ok(())
@@ -157,19 +154,13 @@ impl Gathered {
         self.blocks.chunks() * self.parts()
     }
 
-    fn sort(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {
+    fn sort(&mut self, candidates: &[CullCandidate], planes: &Planes) {
         self.order.clear();
         for (candidate, index) in candidates.iter().zip(0..) {
-            let region = planes.regions.get(candidate.region.index());
-            let region = region.ok_or(GpuError::NoSuchRegion {
-                candidate: index as usize,
-                region: candidate.region.0,
-                regions: planes.regions.len(),
-            })?;
-            self.order.push((region.page, candidate.clock, index));
+            let page = planes.regions[candidate.region.index()].page;
+            self.order.push((page, candidate.clock, index));
         }
         self.order.sort_unstable();
-        Ok(())
     }
 
     fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {

@@ -6,6 +6,7 @@
 use ash::vk;
 
 use super::{
+    commands::BINDINGS,
     gathered::{Capacity, Gathered},
     planes::{PageLimit, Planes},
     slot::Slot,
@@ -30,19 +31,14 @@ use crate::{
 #[derive(Debug)]
 pub(in crate::gpu) struct ComputePath {
     pub(super) context: Context,
-    pub(super) parts: Parts,
-    /// Input of each entry of a batch.
-    pub(super) gathered: Vec<Gathered>,
-    pub(super) capacity: Capacity,
-    planes: Planes,
-}
-
-#[derive(Debug, Default)]
-pub(super) struct Parts {
     pub(super) pipeline: Pipeline,
     pub(super) atlas: Uploaded,
     pub(super) slots: Vec<Slot>,
     pub(super) sets: DescriptorSets,
+    /// Input of each entry of a batch.
+    pub(super) gathered: Vec<Gathered>,
+    pub(super) capacity: Capacity,
+    pub(super) planes: Planes,
 }
 
 impl ComputePath {
@@ -56,7 +52,10 @@ impl ComputePath {
         let capacity = Self::capacity(context, desc);
         let mut path = Self {
             context: context.clone(),
-            parts: Parts::default(),
+            pipeline: Pipeline::default(),
+            atlas: Uploaded::default(),
+            slots: Vec::new(),
+            sets: DescriptorSets::default(),
             gathered: vec![Gathered::default()],
             capacity,
             planes: Planes::default(),
@@ -110,11 +109,13 @@ impl ComputePath {
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
-        let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
+        let (context, name) = (&self.context, desc.name);
         self.planes = Self::planes(context, desc)?;
-        parts.make_layout(context)?;
-        let (planes, sets, cache) = (&self.planes, [parts.sets.layout], desc.pipeline_cache);
-        let (constants, pipeline) = ([desc.atlas.grid().attack_pitch], &mut parts.pipeline);
+        let stages = vk::ShaderStageFlags::COMPUTE;
+        let bindings = BINDINGS.map(|kind| (kind, stages));
+        self.sets.make_layout(context, &bindings)?;
+        let (planes, sets, cache) = (&self.planes, [self.sets.layout], desc.pipeline_cache);
+        let (constants, pipeline) = ([desc.atlas.grid().attack_pitch], &mut self.pipeline);
         // The planes are drawn on other threads while the driver compiles.
         let write = |out: &mut [u32]| {
             let make = || Pipeline::new(context, &COUNT, &sets, &constants, cache);
@@ -125,16 +126,16 @@ impl ComputePath {
         let atlas = format!("{name}: atlas");
         let mut device = DeviceMemory { context, memory };
         let words = planes.words;
-        parts.atlas.fill(&mut device, &atlas, words, write)?;
+        self.atlas.fill(&mut device, &atlas, words, write)?;
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
             // Stored before it is filled, so that it is freed after a failure.
-            parts.slots.push(Slot::default());
-            if let Some(slot) = parts.slots.last_mut() {
+            self.slots.push(Slot::default());
+            if let Some(slot) = self.slots.last_mut() {
                 slot.fill(&mut device, &name, &self.capacity)?;
             }
         }
-        parts.make_sets(context, &self.capacity, &self.planes.pages)
+        self.make_sets()
     }
 }
 
@@ -150,7 +151,7 @@ impl DevicePath for ComputePath {
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
-        let (slot, gathered) = (&mut self.parts.slots[slot], &self.gathered[entry]);
+        let (slot, gathered) = (&mut self.slots[slot], &self.gathered[entry]);
         slot.counts.start();
         slot.sums = gathered.sums();
         slot.candidates = gathered.candidates.len() as u32;
@@ -163,16 +164,16 @@ impl DevicePath for ComputePath {
     }
 
     fn counts(&self, slot: usize) -> &Counts {
-        &self.parts.slots[slot].counts
+        &self.slots[slot].counts
     }
 
     fn words(&self, slot: usize) -> usize {
-        let slot = &self.parts.slots[slot];
+        let slot = &self.slots[slot];
         slot.sums as usize * slot.candidates as usize * COUNTS
     }
 
     fn add(&self, slot: usize, words: &mut dyn Iterator<Item = u32>, overlaps: &mut [Overlap]) {
-        for _ in 0..self.parts.slots[slot].sums {
+        for _ in 0..self.slots[slot].sums {
             for overlap in &mut *overlaps {
                 let mut next = || words.next().unwrap_or(0);
                 overlap.body += next();
@@ -185,23 +186,21 @@ impl DevicePath for ComputePath {
     unsafe fn record_upload(&self, cmd: vk::CommandBuffer) {
         // SAFETY: the caller vouches for `cmd` and staging.
         unsafe {
-            self.parts
-                .atlas
-                .record(&self.context, cmd, Access::COMPUTE_READ);
+            self.atlas.record(&self.context, cmd, Access::COMPUTE_READ);
         };
     }
 
     fn release_staging(&mut self, memory: &mut dyn Memory) {
-        self.parts.atlas.release_staging(&self.context, memory);
+        self.atlas.release_staging(&self.context, memory);
     }
 
     fn destroy(&mut self, memory: &mut dyn Memory) {
-        let (context, parts) = (&self.context, &mut self.parts);
-        for slot in &mut parts.slots {
+        let context = &self.context;
+        for slot in &mut self.slots {
             slot.destroy(context, memory);
         }
-        parts.pipeline.destroy(context);
-        parts.sets.destroy(context);
-        parts.atlas.destroy(context, memory);
+        self.pipeline.destroy(context);
+        self.sets.destroy(context);
+        self.atlas.destroy(context, memory);
     }
 }

@@ -60,13 +60,6 @@ impl Gathered {
         maps: &Maps,
         max_candidates: u32,
     ) -> Result<(), GpuError> {
-        let candidates = input.candidates.len() as u64;
-        within(
-            "CullerDesc::max_candidates",
-            candidates,
-            max_candidates.into(),
-        )?;
-        maps.check(input.candidates)?;
         let slices = input.atlas.grid().slices;
         self.attack.fill(input.attack, counted, slices)?;
         self.maps.clear();

@@ -147,19 +147,6 @@ impl Maps {
         }
     }
 
-    /// Checks that candidates belong to these maps.
-    pub(super) fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
-        let stranger = |one: &CullCandidate| one.region.index() >= self.regions.len();
-        match candidates.iter().position(stranger) {
-            Some(candidate) => Err(GpuError::NoSuchRegion {
-                candidate,
-                region: candidates[candidate].region.0,
-                regions: self.regions.len(),
-            }),
-            None => Ok(()),
-        }
-    }
-
     /// A candidate's map in a slab, or `None` if its region does not reach the slab.
     pub(super) fn find(
         &self,
