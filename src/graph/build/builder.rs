@@ -4,7 +4,6 @@
 
 use crate::anim::Clip;
 use crate::graph::ClipId;
-use crate::graph::build::foot_plans::{FootPlans, TransitionKey};
 use crate::graph::build::input::GraphBuilder;
 use crate::graph::build::prune::largest_component;
 use crate::graph::build::report::{BuildReport, Dropped, EventCounts};
@@ -53,8 +52,7 @@ impl GraphBuilder<'_> {
             test = StepSpeedTest::new(&self);
             report.links = links::add(&self, &mut transitions, &mut test)?;
         }
-        let plans = test.map_or_else(FootPlans::default, |test| test.plans);
-        self.assemble(&transitions, &plans, report)
+        self.assemble(&transitions, report)
     }
 
     /// Transitions in which no foot is too fast and that cut no event, with the links, and a report that counts them.
@@ -119,13 +117,12 @@ impl GraphBuilder<'_> {
     fn assemble(
         mut self,
         transitions: &[Transition],
-        plans: &FootPlans,
         counts: BuildReport,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
         let _span = tracing::trace_span!("bake: assemble the graph").entered();
         let (source, settings) = (self.source, self.settings);
         let nodes = self.nodes(transitions);
-        let edges = self.edges(&nodes, transitions, plans);
+        let edges = self.edges(&nodes, transitions);
         let mut full = MotionGraph::new(
             source.skeleton.clone(),
             settings.frame_rate,
@@ -145,7 +142,7 @@ impl GraphBuilder<'_> {
         };
         graph.feet = self.feet;
         if settings.keep_feet && !graph.feet.legs.is_empty() {
-            let planned = foot_plans::all(&graph, plans, settings.threads);
+            let planned = foot_plans::all(&graph, settings.threads);
             (graph.feet.blends, graph.feet.root_drops) = planned;
         }
         let report = BuildReport {
@@ -171,25 +168,24 @@ impl GraphBuilder<'_> {
     /// Nodes at the ends of clips, events and transitions, sorted.
     fn nodes(&self, transitions: &[Transition]) -> Vec<Node> {
         let mut places = Vec::new();
-        for (index, clip) in self.clips.iter().enumerate() {
-            places.extend([node(index, 0), node(index, clip.frames() - 1)]);
+        for (index, clip) in (0..).zip(&self.clips) {
+            let place = |frame: usize| Node {
+                clip: ClipId(index),
+                frame: frame as u32,
+            };
+            places.extend([0, clip.frames() - 1].map(place));
         }
         for event in &self.events {
             places.extend(event.ends());
         }
-        for t in transitions {
-            places.extend([
-                node(t.source_clip, t.source_frame),
-                node(t.target_clip, t.target_frame),
-            ]);
-        }
+        places.extend(transitions.iter().flat_map(Transition::ends));
         places.sort_unstable();
         places.dedup();
         places
     }
 
-    /// All edges, including those that the largest component leaves out. `plans` are known plans of how transitions move their feet.
-    fn edges(&self, nodes: &[Node], transitions: &[Transition], plans: &FootPlans) -> Vec<Edge> {
+    /// All edges, including those that the largest component leaves out.
+    fn edges(&self, nodes: &[Node], transitions: &[Transition]) -> Vec<Edge> {
         // An event without motion has no edge.
         let playable = self.events.iter().zip(0..);
         let playable = playable.filter(|(event, _)| event.first < event.last);
@@ -213,16 +209,13 @@ impl GraphBuilder<'_> {
             transitions.len(),
             |index| {
                 let t = &transitions[index];
-                let align = match plans.get(&TransitionKey::new(t)) {
-                    Some(Some(plan)) => plan.align,
-                    _ => self.align(t),
-                };
+                let [from, to] = t.ends().map(|end| node_id(nodes, end));
                 Edge {
-                    from: node_id(nodes, node(t.source_clip, t.source_frame)),
-                    to: node_id(nodes, node(t.target_clip, t.target_frame)),
+                    from,
+                    to,
                     frames: t.frames as u32,
                     motion: EdgeMotion::Transition {
-                        align,
+                        align: self.align(t),
                         distance: t.distance,
                     },
                     event: None,
@@ -246,11 +239,4 @@ fn clip_edge(nodes: &[Node], from: NodeId, to: NodeId) -> Edge {
 
 fn node_id(nodes: &[Node], place: Node) -> NodeId {
     NodeId(nodes.partition_point(|other| *other < place) as u32)
-}
-
-fn node(clip: usize, frame: usize) -> Node {
-    Node {
-        clip: ClipId(clip as u32),
-        frame: frame as u32,
-    }
 }

@@ -1,61 +1,11 @@
-//! Plans of how transitions move their feet.
+//! Plans how transitions move their feet.
 
 use crate::anim::free_distance;
 use crate::graph::ClipId;
-use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, LegBlend, MotionGraph, Node, NodeId};
+use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, LegBlend, MotionGraph};
 use crate::graph::play::sample::{Sides, foot, root_drop_share};
-use crate::graph::search::transition::Transition;
-use crate::math::{Rigid2, in_parallel};
+use crate::math::in_parallel;
 use glam::Vec3;
-use rustc_hash::FxHashMap;
-
-/// A transition, by its clips and frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct TransitionKey {
-    source: [u32; 2],
-    target: [u32; 2],
-    frames: u32,
-}
-
-/// How a transition moves its root and its feet.
-#[derive(Clone, Debug)]
-pub(crate) struct FootPlan {
-    /// Transform from the space of the target clip to that of the source clip.
-    pub(crate) align: Rigid2,
-    /// Maximum lowering of the root, in metres.
-    pub(crate) drop: f32,
-    /// Blend of each leg.
-    pub(crate) legs: Vec<Option<LegBlend>>,
-}
-
-/// Plans of the transitions that were tested. `None` if a foot is too fast.
-pub(crate) type FootPlans = FxHashMap<TransitionKey, Option<FootPlan>>;
-
-impl TransitionKey {
-    pub(crate) fn new(transition: &Transition) -> Self {
-        let place = |clip: usize, frame: usize| [clip as u32, frame as u32];
-        Self {
-            source: place(transition.source_clip, transition.source_frame),
-            target: place(transition.target_clip, transition.target_frame),
-            frames: transition.frames as u32,
-        }
-    }
-
-    /// The transition of an edge.
-    fn from_edge(graph: &MotionGraph, edge: &Edge) -> Self {
-        let place = |node: NodeId| {
-            let Node { clip, frame } = graph.node(node);
-            [clip.0, frame]
-        };
-        Self {
-            source: place(edge.from),
-            target: place(edge.to),
-            frames: edge.frames,
-        }
-    }
-}
-
-// Plans how a transition moves its feet.
 
 /// Minimum and maximum duration of a step in place, in seconds. A transition may be shorter.
 const STEP: [f64; 2] = [0.15, 0.30];
@@ -68,47 +18,21 @@ const MAX_ROOT_DROP: f32 = 0.04;
 /// reach.
 const MIN_DROP_SHARE: f32 = 0.2;
 
-/// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge. Some plans may be known.
-pub(crate) fn all(
-    graph: &MotionGraph,
-    known: &FootPlans,
-    threads: usize,
-) -> (Vec<Option<LegBlend>>, Vec<f32>) {
-    let known = |edge: &Edge| -> Option<&FootPlan> {
-        let is_transition = edge.motion != EdgeMotion::Clip && !known.is_empty();
-        let key = is_transition.then(|| TransitionKey::from_edge(graph, edge))?;
-        known.get(&key)?.as_ref()
-    };
+/// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge, in metres.
+pub(crate) fn all(graph: &MotionGraph, threads: usize) -> (Vec<Option<LegBlend>>, Vec<f32>) {
+    let legs = graph.feet.legs.len();
     let planned = in_parallel(threads, graph.edges.len(), |edge| {
         let edge = graph.edge(EdgeId(edge as u32));
-        let is_new = edge.motion != EdgeMotion::Clip && known(edge).is_none();
-        is_new.then(|| {
-            let planner = Planner { graph, edge };
-            let blends = planner.plan();
-            let drop = planner.max_root_drop(&blends);
-            (blends, drop)
-        })
-    });
-    let (edges, legs) = (graph.edges.len(), graph.feet.legs.len());
-    let mut blends = Vec::with_capacity(edges * legs);
-    let mut root_drops = Vec::with_capacity(edges);
-    for (edge, planned) in graph.edges.iter().zip(planned) {
-        match (planned, known(edge)) {
-            (Some((of_edge, drop)), _) => {
-                blends.extend(of_edge);
-                root_drops.push(drop);
-            }
-            (None, Some(known)) => {
-                blends.extend_from_slice(&known.legs);
-                root_drops.push(known.drop);
-            }
-            (None, None) => {
-                blends.extend(std::iter::repeat_n(None, legs));
-                root_drops.push(0.0);
-            }
+        if edge.motion == EdgeMotion::Clip {
+            return (vec![None; legs], 0.0);
         }
-    }
-    (blends, root_drops)
+        let planner = Planner { graph, edge };
+        let blends = planner.plan();
+        let drop = planner.max_root_drop(&blends);
+        (blends, drop)
+    });
+    let (blends, drops): (Vec<_>, Vec<f32>) = planned.into_iter().unzip();
+    (blends.concat(), drops)
 }
 
 /// Plants of one foot at both ends of a transition, in frames since its start.

@@ -4,13 +4,12 @@
 //! faster than any step of the clips. Such transitions are left out of the graph.
 
 use crate::anim::{Chain, Pose};
-use crate::graph::ClipId;
 use crate::graph::build::foot_plans;
-use crate::graph::build::foot_plans::{FootPlan, FootPlans, TransitionKey};
 use crate::graph::build::input::GraphBuilder;
 use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
 use crate::graph::search::transition::Transition;
 use crate::math::in_parallel;
+use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
 /// Number of samples of a frame.
@@ -28,8 +27,8 @@ pub(crate) struct StepSpeedTest {
     /// Speed up to which no foot is too fast, in metres per second.
     limit: f32,
     threads: usize,
-    /// Results so far.
-    pub(crate) plans: FootPlans,
+    /// Results so far, by the ends and the length of a transition.
+    known: FxHashMap<([Node; 2], usize), bool>,
 }
 
 impl StepSpeedTest {
@@ -48,7 +47,7 @@ impl StepSpeedTest {
             graph,
             limit,
             threads: settings.threads,
-            plans: FootPlans::default(),
+            known: FxHashMap::default(),
         })
     }
 
@@ -58,18 +57,17 @@ impl StepSpeedTest {
         input: &GraphBuilder<'_>,
         transitions: &[Transition],
     ) -> Vec<bool> {
-        let is_new = |t: &&Transition| !self.plans.contains_key(&TransitionKey::new(t));
+        let key = |t: &Transition| (t.ends(), t.frames);
+        let is_new = |t: &&Transition| !self.known.contains_key(&key(t));
         let new: Vec<Transition> = transitions.iter().filter(is_new).copied().collect();
         if !new.is_empty() {
-            self.test(input, &new);
+            let found = self.test(input, &new);
+            self.known.extend(new.iter().map(key).zip(found));
         }
-        let plan = |t| self.plans.get(&TransitionKey::new(t));
-        let too_fast = |t| plan(t).is_none_or(Option::is_none);
-        transitions.iter().map(too_fast).collect()
+        transitions.iter().map(|t| self.known[&key(t)]).collect()
     }
 
-    /// Tests transitions and adds the results.
-    fn test(&mut self, input: &GraphBuilder<'_>, transitions: &[Transition]) {
+    fn test(&mut self, input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<bool> {
         let aligned = in_parallel(self.threads, transitions.len(), |index| {
             input.align(&transitions[index])
         });
@@ -88,34 +86,14 @@ impl StepSpeedTest {
                 },
                 event: None,
             });
-            let node = |clip: usize, frame: usize| Node {
-                clip: ClipId(clip as u32),
-                frame: frame as u32,
-            };
-            graph.nodes.extend([
-                node(transition.source_clip, transition.source_frame),
-                node(transition.target_clip, transition.target_frame),
-            ]);
+            graph.nodes.extend(transition.ends());
         }
-        let plans = FootPlans::default();
-        (graph.feet.blends, graph.feet.root_drops) = foot_plans::all(graph, &plans, self.threads);
-        let too_fast = in_parallel(self.threads, transitions.len(), |index| {
+        (graph.feet.blends, graph.feet.root_drops) = foot_plans::all(graph, self.threads);
+        in_parallel(self.threads, transitions.len(), |index| {
             let of_clips = self.fastest_of_clips(&transitions[index]);
             let limit = self.limit.max(RATIO * of_clips);
             is_faster(&self.graph, EdgeId(index as u32), limit)
-        });
-        let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
-        for (index, (transition, too_fast)) in transitions.iter().zip(too_fast).enumerate() {
-            let plan = || FootPlan {
-                align: aligned[index],
-                drop: feet.root_drops[index],
-                legs: feet.blends[index * legs..(index + 1) * legs].to_vec(),
-            };
-            let key = TransitionKey::new(transition);
-            self.plans
-                .entry(key)
-                .or_insert_with(|| (!too_fast).then(plan));
-        }
+        })
     }
 
     /// Speed of the fastest toe of both clips in a transition.

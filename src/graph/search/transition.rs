@@ -1,4 +1,4 @@
-use crate::graph::motion_graph::GraphEvent;
+use crate::graph::motion_graph::{ClipId, GraphEvent, Node};
 use crate::graph::search::bands::Minimum;
 use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::distance::WindowPair;
@@ -60,6 +60,18 @@ impl Minimum {
 }
 
 impl Transition {
+    /// The places where the blend starts and ends.
+    pub(crate) fn ends(&self) -> [Node; 2] {
+        let ends = [
+            (self.source_clip, self.source_frame),
+            (self.target_clip, self.target_frame),
+        ];
+        ends.map(|(clip, frame)| Node {
+            clip: ClipId(clip as u32),
+            frame: frame as u32,
+        })
+    }
+
     /// The frames of both clips that the blend plays, without the frame before it.
     pub(crate) fn windows<'a>(&self, clouds: &'a [PointCloud]) -> WindowPair<'a> {
         WindowPair {
