@@ -12,7 +12,6 @@
 use crate::graph::build::candidates::{
     Candidate, EventMargin, LinkSpace, MOST, Side, keep_closest,
 };
-use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::diagonal::Diagonals;
 use crate::graph::search::distance::DistanceMap;
 use crate::graph::search::features::Features;
@@ -22,6 +21,7 @@ use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::{Isa, in_parallel};
 use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 /// Finds possible links.
@@ -206,12 +206,8 @@ fn closest_of_ranges(
 
 /// Windows of one length of all clips, and their bounds.
 struct ClipWindows<'a> {
-    clouds: &'a [PointCloud],
-    length: usize,
-    /// Windows of all clips, if the graph has them of this length.
-    own: Option<&'a [Windows]>,
-    /// Otherwise those of a clip are created when it is first searched.
-    made: Vec<OnceLock<Windows>>,
+    /// The windows of each clip: the graph's own, or made for links that are shorter.
+    windows: Cow<'a, [Windows]>,
     /// The projection of all windows, and the distance for which their balls are made, in metres.
     projection: Projection,
     least: f32,
@@ -223,48 +219,27 @@ impl<'a> ClipWindows<'a> {
     fn new(space: &LinkSpace<'a>, length: usize) -> Self {
         /// Number of clips that the bounds are chosen for.
         const SAMPLES: usize = 64;
-        let (clouds, lengths) = (space.input.clouds.as_slice(), &space.lengths);
-        let clips = clouds.len();
-        let own = (length == lengths.window).then_some(space.input.windows.as_slice());
-        let made: Vec<OnceLock<Windows>> = (0..clips).map(|_| OnceLock::new()).collect();
+        let (input, lengths) = (space.input, &space.lengths);
+        let clips = input.clouds.len();
+        let windows: Cow<'a, [Windows]> = match length == lengths.window {
+            true => Cow::Borrowed(&input.windows),
+            false => Cow::Owned(in_parallel(input.settings.threads, clips, |clip| {
+                Windows::new(&input.clouds[clip], length)
+            })),
+        };
         let step = clips.div_ceil(SAMPLES).max(1);
-        let samples: Vec<&Windows> = (0..clips)
-            .step_by(step)
-            .map(|clip| windows_of(clip, clouds, length, own, &made))
-            .collect();
+        let samples: Vec<&Windows> = windows.iter().step_by(step).collect();
         Self {
             projection: Projection::new(&samples),
             least: lengths.threshold.min(lengths.loosest),
             features: (0..clips).map(|_| OnceLock::new()).collect(),
-            clouds,
-            length,
-            own,
-            made,
+            windows,
         }
     }
 
     fn features(&self, clip: usize) -> &Features {
-        let made = || Features::new(&self.projection, self.windows(clip), self.least);
+        let made = || Features::new(&self.projection, &self.windows[clip], self.least);
         self.features[clip].get_or_init(made)
-    }
-
-    /// The windows of a clip.
-    fn windows(&self, clip: usize) -> &Windows {
-        windows_of(clip, self.clouds, self.length, self.own, &self.made)
-    }
-}
-
-/// The windows of a clip: the graph's own, or those that were made when it was first searched.
-fn windows_of<'w>(
-    clip: usize,
-    clouds: &[PointCloud],
-    length: usize,
-    own: Option<&'w [Windows]>,
-    made: &'w [OnceLock<Windows>],
-) -> &'w Windows {
-    match own {
-        Some(own) => &own[clip],
-        None => made[clip].get_or_init(|| Windows::new(&clouds[clip], length)),
     }
 }
 
@@ -307,7 +282,7 @@ impl<'a> RangeSearch<'a> {
     /// The closest link to each part of a clip. Links that cost more than the limit may be missing; the list is empty if all are. Its distance
     /// is that of the windows, even if the blend has another length.
     fn near(&self, clip: usize, limit: f32, scratch: &mut Scratch) -> Vec<Option<Candidate>> {
-        let (own, windows) = (&self.margin.windows, self.windows.windows(clip));
+        let (own, windows) = (&self.margin.windows, &self.windows.windows[clip]);
         let search = NearSearch {
             features: [&self.features, self.windows.features(clip)],
             limit: limit * limit,
@@ -345,7 +320,7 @@ impl<'a> RangeSearch<'a> {
     /// The closest link to each part of a clip, from the distances of all windows.
     fn all(&self, clip: usize) -> Vec<Option<Candidate>> {
         let mut best = self.no_links(clip);
-        let windows = self.windows.windows(clip);
+        let windows = &self.windows.windows[clip];
         DistanceMap::new(&self.margin.windows, windows).for_each_row(|row, squares| {
             for (column, &square) in (0..).zip(squares) {
                 let row = row as u32;

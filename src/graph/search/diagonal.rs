@@ -24,9 +24,6 @@ pub(crate) struct Diagonals {
     early: [Vec<f64>; SUMS],
     /// Sums of the products from the start of a frame's block to the frame.
     late: [Vec<f64>; SUMS],
-    /// Pairs by diagonal, and the index of the first pair of each diagonal.
-    sorted: Vec<WindowCell>,
-    firsts: Vec<u32>,
 }
 
 impl Diagonals {
@@ -55,27 +52,24 @@ impl Diagonals {
     }
 
     /// Calls `found` with each of the pairs `near` of windows of two clouds and their squared distance, in square metres. The windows of the
-    /// first cloud lie in `rows`, and those of pairs on one diagonal ascend.
+    /// first cloud lie in `rows`. Sorts the pairs by diagonal and row.
     pub(crate) fn for_each(
         &mut self,
         windows: [&Windows; 2],
         isa: Isa,
         rows: Range<usize>,
-        near: &[WindowCell],
+        near: &mut [WindowCell],
         mut found: impl FnMut((WindowCell, f32)),
     ) {
         let [a, b] = windows;
-        self.load(a, rows.clone());
-        self.sort(near, rows.len() + b.count() + 1, |cell| {
-            (cell.column as usize + rows.end - 1) - cell.row as usize
-        });
-        let sorted = std::mem::take(&mut self.sorted);
+        self.load(a, rows);
+        near.sort_unstable_by_key(|cell| (cell.column.wrapping_sub(cell.row), cell.row));
         let window = a.window();
         // A run of pairs on one diagonal whose windows touch.
         let is_run = |x: &WindowCell, y: &WindowCell| {
             x.column + y.row == y.column + x.row && (y.row - x.row) as usize <= window
         };
-        for run in sorted.chunk_by(is_run) {
+        for run in near.chunk_by(is_run) {
             let shift = run[0].column as isize - run[0].row as isize;
             let (first, last) = (run[0].row as usize, run[run.len() - 1].row as usize);
             let frames = first..last + window;
@@ -90,27 +84,6 @@ impl Diagonals {
             for &cell in run {
                 found((cell, self.squared(windows, cell)));
             }
-        }
-        self.sorted = sorted;
-    }
-
-    /// Sorts pairs by their diagonals, of which there are fewer than `count`. A counting sort keeps the order of the rows.
-    fn sort(&mut self, near: &[WindowCell], count: usize, diagonal: impl Fn(&WindowCell) -> usize) {
-        let Self { firsts, sorted, .. } = self;
-        firsts.clear();
-        firsts.resize(count, 0);
-        for cell in near {
-            firsts[diagonal(cell) + 1] += 1;
-        }
-        for index in 1..firsts.len() {
-            firsts[index] += firsts[index - 1];
-        }
-        sorted.clear();
-        sorted.resize(near.len(), WindowCell { row: 0, column: 0 });
-        for cell in near {
-            let place = &mut firsts[diagonal(cell)];
-            sorted[*place as usize] = *cell;
-            *place += 1;
         }
     }
 

@@ -16,7 +16,6 @@
 //! ```
 
 use crate::graph::search::cloud::PointCloud;
-use crate::graph::search::distance as kernel;
 use crate::graph::search::windows::{TILE, WindowSums, Windows};
 use crate::math::{Isa, Rigid2};
 use glam::Vec3;
@@ -131,7 +130,7 @@ type Lanes<const L: usize> = [f32; L];
 ///
 /// It contains no closures, because closures are not compiled for the selected instruction set.
 #[inline(always)]
-pub(crate) fn products<const R: usize, const L: usize>(
+fn products<const R: usize, const L: usize>(
     frames: &[&[[f32; 3]]; R],
     tile: &[[[f32; TILE]; 3]],
     part: usize,
@@ -156,7 +155,7 @@ pub(crate) fn products<const R: usize, const L: usize>(
 
 /// Adds `row` to `sums`, element by element, up to the shorter length.
 #[inline(always)]
-pub(crate) fn add<T: Copy + Into<f64>>(sums: &mut [f64], row: &[T]) {
+fn add<T: Copy + Into<f64>>(sums: &mut [f64], row: &[T]) {
     for (sum, value) in sums.iter_mut().zip(row) {
         *sum += (*value).into();
     }
@@ -164,7 +163,7 @@ pub(crate) fn add<T: Copy + Into<f64>>(sums: &mut [f64], row: &[T]) {
 
 /// Copies `row` to `sums`, element by element, up to the shorter length.
 #[inline(always)]
-pub(crate) fn copy(sums: &mut [f64], row: &[f32]) {
+fn copy(sums: &mut [f64], row: &[f32]) {
     for (sum, value) in sums.iter_mut().zip(row) {
         *sum = f64::from(*value);
     }
@@ -362,7 +361,7 @@ impl<'a> Sums<'a> {
         let shift = self.a.window() - 1;
         for (tile, points) in self.b.tiles().enumerate() {
             for part in 0..TILE / L {
-                let sums = kernel::products::<R, L>(&frames, points, part);
+                let sums = products::<R, L>(&frames, points, part);
                 for (row, sums) in sums.iter().enumerate() {
                     let phase = phase + row;
                     let at = phase * length + shift - phase + tile * TILE + part * L;
@@ -389,9 +388,9 @@ impl<'a> Sums<'a> {
             let so_far = &mut self.so_far.sums[sum][written.clone()];
             let row = &self.block.row(sum, phase)[written.clone()];
             if phase == 0 {
-                kernel::copy(so_far, row);
+                copy(so_far, row);
             } else {
-                kernel::add(so_far, row);
+                add(so_far, row);
             }
         }
     }
@@ -432,11 +431,11 @@ impl<'a> Sums<'a> {
                 let row = &self.block.row(sum, phase)[written.clone()];
                 let (rows, after) = self.before.sums[sum].split_at_mut((phase + 1) * length);
                 let out = &mut rows[phase * length..][written.clone()];
-                kernel::copy(out, row);
+                copy(out, row);
                 // The last pair has no successor on its diagonal, and the last row has no
                 // successor.
                 if let Some(after) = after.get(written.start..written.end - 1) {
-                    kernel::add(out, after);
+                    add(out, after);
                 }
             }
         }

@@ -31,7 +31,7 @@ impl NearSearch<'_> {
         self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
     }
 
-    /// Finds all pairs of the windows `rows` of the first cloud that are near, and some farther pairs. The rows of pairs on one diagonal ascend.
+    /// Finds all pairs of the windows `rows` of the first cloud that are near, and some farther pairs.
     #[inline(always)]
     pub(crate) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         for node in rows.start / NODE..rows.end.div_ceil(NODE) {

@@ -234,7 +234,7 @@ struct BandSearch<'a> {
 }
 
 impl SearchScratch {
-    /// Finds the pairs of a strip that may be near. The rows of pairs on one diagonal ascend.
+    /// Finds the pairs of a strip that may be near.
     fn find_near(&mut self, rows: Range<usize>, search: &BandSearch<'_>) {
         self.near.clear();
         search.isa.run(
@@ -245,7 +245,7 @@ impl SearchScratch {
 
     /// Computes the distances of the pairs that may be near, diagonal by diagonal, and returns their number.
     fn compute(&mut self, rows: Range<usize>, search: &BandSearch<'_>) -> u64 {
-        let (columns, near) = (search.band.columns, &self.near);
+        let (columns, near) = (search.band.columns, &mut self.near);
         // Between searches of bands all values are infinite.
         let size = (rows.len() + 3) * columns;
         if self.squared.len() < size {
