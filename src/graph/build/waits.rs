@@ -4,10 +4,8 @@
 
 use crate::graph::build::moments::{Jump, Moments};
 use crate::math::in_parallel;
-use crate::math::parallel::lock;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::Mutex;
 
 /// Number of whole frames that fit into a time.
 pub(crate) fn whole_frames(seconds: f64, frame_rate: f64) -> u32 {
@@ -26,61 +24,16 @@ pub(crate) struct Waits {
     follows: Vec<bool>,
     /// For each moment, the jumps that end there.
     into: Vec<Vec<Jump>>,
-    table: WaitTable,
+    /// Number of evasions.
+    evasions: usize,
+    /// For each group of evasions, the waits, `[moment][evasion]`, or `u16::MAX` if the wait is beyond the horizon.
+    groups: Vec<Vec<u16>>,
     /// Moments whose wait may fall, each behind its new wait.
     open: BinaryHeap<Reverse<(u32, u32)>>,
 }
 
-/// The waits of all moments for all evasions.
-#[derive(Debug, Default, PartialEq)]
-struct WaitTable {
-    /// Number of evasions.
-    evasions: usize,
-    /// Number of blocks of moments.
-    blocks: usize,
-    /// Waits, `[group of evasions][block of moments][evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon. Those of one moment
-    /// are near each other, as are those of one evasion along a clip.
-    frames: Vec<u16>,
-}
-
-/// Number of moments of a block.
-const BLOCK: usize = 4;
-
 /// Maximum number of evasions of a group: one bit for each ([`Reach`]).
 const GROUP: usize = u64::BITS as usize;
-
-impl WaitTable {
-    /// A table of waits beyond the horizon.
-    fn new(moments: usize, evasions: usize) -> Self {
-        let blocks = moments.div_ceil(BLOCK);
-        Self {
-            evasions,
-            blocks,
-            frames: vec![u16::MAX; blocks * BLOCK * evasions],
-        }
-    }
-
-    /// Number of waits of a group of as many evasions as a group can have.
-    fn group_len(&self) -> usize {
-        (GROUP * self.blocks * BLOCK).max(1)
-    }
-
-    /// Number of evasions of a group.
-    fn evasions_of(&self, group: usize) -> usize {
-        (self.evasions - group * GROUP).min(GROUP)
-    }
-
-    fn index(&self, evasion: usize, moment: usize) -> usize {
-        let group = evasion / GROUP;
-        let first = group * GROUP * self.blocks * BLOCK;
-        first + index_in_group(self.evasions_of(group), evasion % GROUP, moment)
-    }
-}
-
-/// Index of a wait in its group of `evasions` evasions.
-fn index_in_group(evasions: usize, evasion: usize, moment: usize) -> usize {
-    (moment / BLOCK * evasions + evasion) * BLOCK + moment % BLOCK
-}
 
 /// A wait that fell, in frames.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +62,8 @@ impl Waits {
             near: horizon,
             follows,
             into,
-            table: WaitTable::default(),
+            evasions: 0,
+            groups: Vec::new(),
             open: BinaryHeap::new(),
         }
     }
@@ -117,32 +71,29 @@ impl Waits {
     /// Number of frames from a moment to an evasion's start, or `u32::MAX` if it is beyond the
     /// horizon.
     pub(crate) fn wait(&self, evasion: usize, moment: u32) -> u32 {
-        match self.table.frames[self.table.index(evasion, moment as usize)] {
+        match self.groups[evasion / GROUP][self.index(evasion, moment)] {
             u16::MAX => u32::MAX,
             frames => u32::from(frames),
         }
     }
 
+    /// Index of a wait in the group of its evasion.
+    fn index(&self, evasion: usize, moment: u32) -> usize {
+        let first = evasion - evasion % GROUP;
+        moment as usize * (self.evasions - first).min(GROUP) + evasion % GROUP
+    }
+
     /// For each moment, the number of evasions for which the wait is below a number of frames.
     pub(crate) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
         let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
-        let groups = self.table.frames.chunks(self.table.group_len());
-        let mut counts = in_parallel(threads, moments.div_ceil(BLOCK), |block| {
-            let mut counts = [0; BLOCK];
-            for (group, waits) in groups.clone().enumerate() {
-                let size = BLOCK * self.table.evasions_of(group);
-                let waits = &waits[block * size..(block + 1) * size];
-                for waits in waits.as_chunks::<BLOCK>().0 {
-                    for (count, &wait) in counts.iter_mut().zip(waits) {
-                        *count += u16::from(wait < frames);
-                    }
-                }
-            }
-            counts
+        in_parallel(threads, moments, |moment| {
+            let below = |waits: &Vec<u16>| -> u16 {
+                let evasions = waits.len() / moments;
+                let own = &waits[moment * evasions..(moment + 1) * evasions];
+                own.iter().map(|&wait| u16::from(wait < frames)).sum()
+            };
+            self.groups.iter().map(below).sum()
         })
-        .concat();
-        counts.truncate(moments);
-        counts
     }
 
     /// From now on, [`Waits::add_jump`] keeps only waits of up to `frames` up to date. Longer ones may be shorter than the table says, until
@@ -154,25 +105,25 @@ impl Waits {
     /// Sets the evasions by the moments at which they start, and computes all waits.
     pub(crate) fn set_goals(&mut self, starts: &[u32], threads: usize) {
         self.near = self.horizon;
-        self.table = WaitTable::new(self.follows.len(), starts.len());
-        let length = self.table.group_len();
-        let groups = self.table.frames.chunks_mut(length);
-        let groups: Vec<_> = groups.zip(starts.chunks(GROUP)).map(Mutex::new).collect();
-        in_parallel(threads, groups.len(), |group| {
-            let (waits, starts) = &mut *lock(&groups[group]);
+        self.evasions = starts.len();
+        let groups: Vec<_> = starts.chunks(GROUP).collect();
+        self.groups = in_parallel(threads, groups.len(), |group| {
+            let starts = groups[group];
+            let mut waits = vec![u16::MAX; self.follows.len() * starts.len()];
             let mut reach = Reach::new(&self.follows, &self.into, self.horizon, starts);
             for frames in 0..=self.horizon {
                 reach.advance(frames, |moment, evasion| {
-                    waits[index_in_group(starts.len(), evasion, moment)] = frames as u16;
+                    waits[moment * starts.len() + evasion] = frames as u16;
                 });
             }
+            waits
         });
     }
 
     /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called, maybe several times.
     pub(crate) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(WaitChange)) {
         self.into[jump.to as usize].push(jump);
-        for evasion in 0..self.table.evasions {
+        for evasion in 0..self.evasions {
             let frames = self.wait(evasion, jump.to).saturating_add(jump.frames);
             if frames <= self.near && frames < self.wait(evasion, jump.from) {
                 self.open.push(Reverse((frames, jump.from)));
@@ -190,8 +141,8 @@ impl Waits {
                 if new >= old {
                     break;
                 }
-                let index = self.table.index(evasion, moment as usize);
-                self.table.frames[index] = new as u16;
+                let index = self.index(evasion, moment);
+                self.groups[evasion / GROUP][index] = new as u16;
                 for jump in &self.into[moment as usize] {
                     if new + jump.frames <= self.near {
                         self.open.push(Reverse((new + jump.frames, jump.from)));
