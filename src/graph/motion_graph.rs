@@ -430,6 +430,15 @@ impl MotionGraph {
     }
 }
 
+/// The first number of each of several consecutive ranges of these lengths. The last entry is the end of all.
+pub(crate) fn starts(lengths: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut starts = vec![0];
+    for length in lengths {
+        starts.push(starts[starts.len() - 1] + length);
+    }
+    starts
+}
+
 /// Numbers in groups, each in the order in which they came.
 pub(crate) struct Grouped {
     values: Vec<u32>,

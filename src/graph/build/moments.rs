@@ -1,7 +1,7 @@
 //! Numbers all frames of all clips consecutively. These moments form a graph before nodes exist.
 
 use crate::graph::build::prune::{self, WeightedEdge};
-use crate::graph::motion_graph::{EdgeMotion, GraphEvent, MotionGraph};
+use crate::graph::motion_graph::{EdgeMotion, GraphEvent, MotionGraph, starts};
 use crate::graph::search::transition::Transition;
 
 /// Numbering of the frames of all clips, clip by clip.
@@ -22,13 +22,9 @@ pub(crate) struct Jump {
 impl Moments {
     /// Creates the numbering. `frames` yields the number of frames of each clip.
     pub(crate) fn new(frames: impl Iterator<Item = usize>) -> Self {
-        let mut first = vec![0];
-        let mut all = 0;
-        for frames in frames {
-            all += frames as u32;
-            first.push(all);
+        Self {
+            first: starts(frames.map(|frames| frames as u32)),
         }
-        Self { first }
     }
 
     pub(crate) fn len(&self) -> usize {

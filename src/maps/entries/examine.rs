@@ -5,7 +5,7 @@
 
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, LegPose, MotionGraph, Weights, leg_targets, rotation_vector};
-use crate::maps::entries::frames::{EnteredMotion, Frame, LeftMotion};
+use crate::maps::entries::frames::{Frame, LeftMotion};
 use crate::maps::entries::limits::{MotionLimits, departures, goes_on, head};
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
@@ -16,7 +16,8 @@ pub(crate) struct Cut<'a> {
     pub(crate) graph: &'a MotionGraph,
     pub(crate) limits: &'a MotionLimits,
     pub(crate) left: &'a LeftMotion,
-    pub(crate) entered: &'a EnteredMotion,
+    /// Frames of the motion that is entered, from the cut on.
+    pub(crate) entered: &'a [Frame],
     /// Transform from the space of the entered clip to that of the left clip.
     pub(crate) align: Rigid2,
     /// Whether a foot stands at the cut.
@@ -242,7 +243,7 @@ impl CutTest<'_> {
 impl CutTest<'_> {
     /// Computes the offsets, except for those of the joints.
     pub(crate) fn measure(&mut self) {
-        let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
+        let (left, entered) = (&self.cut.left.frames, self.cut.entered);
         let (back, step) = (self.back, self.step());
         let apart = |at: usize| back.point(left[at + 1].pose.root) - entered[at].pose.root;
         let offsets = &mut self.examiner.offsets;
@@ -266,7 +267,7 @@ impl CutTest<'_> {
         if !self.examiner.offsets.feet.is_empty() {
             return;
         }
-        let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
+        let (left, entered) = (&self.cut.left.frames, self.cut.entered);
         let back = |leg: LegPose| LegPose {
             at_toe: JointTransform {
                 rotation: self.back.rotation() * leg.at_toe.rotation,
@@ -298,7 +299,7 @@ impl CutTest<'_> {
         let Some(weights) = self.examiner.weights[frame - 1] else {
             return;
         };
-        let feet = &self.cut.entered.frames[frame - 1].feet;
+        let feet = &self.cut.entered[frame - 1].feet;
         let legs = self.cut.graph.feet().legs();
         let targets = leg_targets(&self.examiner.offsets.feet, feet, weights);
         for (leg, target) in legs.iter().zip(targets) {
@@ -319,7 +320,7 @@ impl CutTest<'_> {
         if frame < 2 {
             return self.back.point(self.cut.left.frames[frame].pose.root);
         }
-        let root = self.cut.entered.frames[frame - 1].pose.root;
+        let root = self.cut.entered[frame - 1].pose.root;
         let weights = self.examiner.weights[frame - 1];
         root + weights.map_or(Vec3::ZERO, |weights| self.examiner.offsets.root.at(weights))
     }
@@ -327,7 +328,7 @@ impl CutTest<'_> {
     /// Rotation of a joint in a frame after the cut, before inverse kinematics.
     #[inline]
     pub(crate) fn rotation(&mut self, joint: JointId, frame: usize) -> Quat {
-        let rotation = self.cut.entered.frames[frame - 1].pose.rotations[joint.index()];
+        let rotation = self.cut.entered[frame - 1].pose.rotations[joint.index()];
         match self.examiner.weights[frame - 1] {
             Some(weights) => self.decay(joint).rotated(rotation, weights),
             None => rotation,
@@ -349,7 +350,7 @@ impl CutTest<'_> {
             return decay;
         }
         let from = [1, 2].map(|frame| self.left_rotation(joint, frame));
-        let entered = &self.cut.entered.frames;
+        let entered = self.cut.entered;
         let to = [0, 1].map(|frame: usize| entered[frame].pose.rotations[joint.index()]);
         let decay = Decay::of_rotations(from, to, self.step());
         self.examiner.offsets.joints[joint.index()] = Some(decay);
@@ -359,7 +360,7 @@ impl CutTest<'_> {
     /// Position of a joint in its parent's frame, in a frame after the cut.
     #[inline]
     fn place(&self, joint: JointId, frame: usize) -> Vec3 {
-        let pose = &self.cut.entered.frames[frame - 1].pose;
+        let pose = &self.cut.entered[frame - 1].pose;
         let (_, place) = pose.local(self.skeleton(), joint);
         let decay = self.examiner.offsets.places.get(joint.index());
         match (self.examiner.weights[frame - 1], decay) {
@@ -374,7 +375,7 @@ impl CutTest<'_> {
             return self.back.point(self.cut.left.frames[frame].head);
         }
         if self.examiner.weights[frame - 1].is_none() {
-            return self.cut.entered.frames[frame - 1].head;
+            return self.cut.entered[frame - 1].head;
         }
         let (mut next, mut point) = (Some(self.examiner.head), Vec3::ZERO);
         while let Some(joint) = next {

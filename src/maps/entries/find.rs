@@ -1,5 +1,6 @@
 //! Search for the entries and exits of all moments.
 
+use crate::graph::motion_graph::starts;
 use crate::graph::watch::{BakeStage, BakeWatch, Stopped, WatchedStage};
 use crate::graph::{ClipId, MotionGraph, Node};
 use crate::maps::entries::finder::{Aligned, Departed, Finder, Scratch, Ways};
@@ -30,16 +31,17 @@ impl EntryTable {
         threads: usize,
         watch: &dyn BakeWatch,
     ) -> Result<Self, Stopped> {
-        let (limits, places) = (Limits::new(graph, threads), ClipPlaces::new(graph));
+        let (limits, places) = (limits(graph, threads), ClipPlaces::new(graph));
         let goals = Goals::new(graph, evasions, &limits, &places, threads);
         let found = match shares.is_empty() {
             true => goals.search(MomentShare::ALL, threads, watch)?,
             false => EntryShare::joined(shares),
         };
+        let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
         let mut table = Self {
             step: MOMENT_STEP,
-            first_moment: first_moments(graph),
-            limits: limits.usual.clone(),
+            first_moment: starts(frames.map(|frames| frames.div_ceil(MOMENT_STEP))),
+            limits: limits[0].clone(),
             targets: goals.targets,
             ..Self::default()
         };
@@ -50,7 +52,7 @@ impl EntryTable {
             table.layers.push(&found.layers);
         }
         table.exit_targets = goals.exits.targets.iter().map(Into::into).collect();
-        let exits = goals.exits.within_utmost(&limits.utmost);
+        let exits = goals.exits.within_utmost(&limits[1]);
         table.shorten_stretches(&exits, watch.stage(BakeStage::Exits, threads));
         watch.check()?;
         Ok(table)
@@ -67,36 +69,16 @@ impl EntryShare {
         watch: &dyn BakeWatch,
     ) -> Result<Self, Stopped> {
         let places = ClipPlaces::new(graph);
-        let limits = Limits::new(graph, threads);
+        let limits = limits(graph, threads);
         let goals = Goals::new(graph, evasions, &limits, &places, threads);
         goals.search(share, threads, watch).map(Self)
     }
 }
 
-/// Number of each clip's first moment. The last entry is the number of moments.
-fn first_moments(graph: &MotionGraph) -> Vec<u32> {
-    let mut firsts = vec![0];
-    for clip in graph.clips() {
-        let moments = clip.frames().div_ceil(MOMENT_STEP as usize) as u32;
-        firsts.push(firsts[firsts.len() - 1] + moments);
-    }
-    firsts
-}
-
 /// The usual limits of plausible motion and the widest.
-struct Limits {
-    usual: MotionLimits,
-    utmost: MotionLimits,
-}
-
-impl Limits {
-    fn new(graph: &MotionGraph, threads: usize) -> Self {
-        let mut measured = MeasuredMotion::new(graph, threads);
-        Self {
-            usual: measured.limits(Plausibility::USUAL),
-            utmost: measured.limits(Plausibility::UTMOST),
-        }
-    }
+fn limits(graph: &MotionGraph, threads: usize) -> [MotionLimits; 2] {
+    let mut measured = MeasuredMotion::new(graph, threads);
+    [Plausibility::USUAL, Plausibility::UTMOST].map(|plausible| measured.limits(plausible))
 }
 
 /// The search for the entries, exits and layers of moments.
@@ -121,11 +103,10 @@ impl<'a> Goals<'a> {
     fn new(
         graph: &'a MotionGraph,
         evasions: &[Evasion],
-        limits: &'a Limits,
+        [usual, utmost]: &'a [MotionLimits; 2],
         places: &'a ClipPlaces,
         threads: usize,
     ) -> Self {
-        let Limits { usual, utmost } = limits;
         let targets = targets(graph, places, evasions);
         let frames = targets
             .iter()

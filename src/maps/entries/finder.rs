@@ -3,7 +3,7 @@
 use crate::anim::{Facing, JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node};
 use crate::maps::entries::examine::{Cut, Examiner};
-use crate::maps::entries::frames::{EnteredMotion, FrameSampler, LeftMotion};
+use crate::maps::entries::frames::{Frame, FrameSampler, LeftMotion};
 use crate::maps::entries::limits::{DEPARTURES, MotionLimits, departure, departures, head};
 use crate::maps::entries::stance::Stance;
 use crate::maps::entries::table::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES};
@@ -61,7 +61,7 @@ pub(crate) struct Finder<'a> {
     pub(crate) points: Vec<Points>,
     ways: Ways,
     /// Motion that starts at each target, for each playback rate.
-    entered: Vec<Vec<EnteredMotion>>,
+    entered: Vec<Vec<Vec<Frame>>>,
 }
 
 /// A frame of a clip that cuts start from: data by which targets are aligned, and the motion around it.

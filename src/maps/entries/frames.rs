@@ -24,12 +24,6 @@ pub(crate) struct LeftMotion {
     pub(crate) turns: Vec<Vec3>,
 }
 
-/// Frames of a motion that is entered, from the cut on.
-#[derive(Clone, Debug)]
-pub(crate) struct EnteredMotion {
-    pub(crate) frames: Vec<Frame>,
-}
-
 /// Samples motions frame by frame.
 ///
 /// While the motion stays in the clip, frames are read from the clip by their number after the first frame, so that they do not depend on
@@ -112,7 +106,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// `count` frames of the motion that is entered at a frame of a clip, at a playback rate.
-    pub(crate) fn entered(&mut self, at: &ClipFrame, rate: f32, count: usize) -> EnteredMotion {
+    pub(crate) fn entered(&mut self, at: &ClipFrame, rate: f32, count: usize) -> Vec<Frame> {
         let frame_rate = self.graph.frame_rate() as f32;
         let start = 1.0 / frame_rate;
         let entry = Entry {
@@ -126,17 +120,15 @@ impl<'a> FrameSampler<'a> {
         self.motion.enter(self.graph, start, &entry);
         self.motion
             .extend(self.graph, start + count as f32 / frame_rate);
-        let frames = (0..count).map(|frame| {
+        let frame = |frame: usize| {
             let place = ClipPosition {
                 clip: at.clip,
                 frame: at.frame as f32 + frame as f32 * rate,
             };
             let pose = self.pose(start + frame as f32 / frame_rate, place);
             self.frame(pose)
-        });
-        EnteredMotion {
-            frames: frames.collect(),
-        }
+        };
+        (0..count).map(frame).collect()
     }
 
     fn frame(&self, pose: Pose) -> Frame {

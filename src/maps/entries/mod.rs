@@ -12,7 +12,6 @@ mod layers;
 mod limits;
 mod report;
 mod stance;
-mod stances;
 mod table;
 mod targets;
 #[cfg(test)]
@@ -22,5 +21,5 @@ pub use find::{EntryShare, MomentShare};
 pub(crate) use limits::head;
 pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
-pub(super) use stances::TargetStances;
+pub(super) use stance::TargetStances;
 pub(crate) use table::{EntryTable, KnownEntry};

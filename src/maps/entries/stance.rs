@@ -1,8 +1,10 @@
 //! Position, facing direction and feet of a body, by which entries are aligned.
 
 use crate::anim::{Facing, JointId, JointTransform, Pose, forward_kinematics};
-use crate::graph::{MotionGraph, Node};
-use crate::math::Rigid2;
+use crate::graph::{EdgeId, MotionGraph, Node};
+use crate::maps::entries::table::EntryTable;
+use crate::maps::entries::targets::ClipFrame;
+use crate::math::{Rigid2, in_parallel};
 use glam::Vec3;
 
 /// Position and facing direction of a body, and positions of its root and feet.
@@ -68,5 +70,32 @@ impl Stance {
         let apart = |a: Vec3, b: Vec3| (a - align.point(b)).with_y(0.0).length();
         let feet = std::array::from_fn(|leg| apart(self.toes[leg], target.toes[leg]));
         (apart(self.root, target.root), feet)
+    }
+}
+
+/// The stance at each target, in the space of its clip. Files do not store it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TargetStances {
+    pub(crate) entries: Vec<Stance>,
+    pub(crate) exits: Vec<Stance>,
+    /// Joints that determine the facing direction.
+    pub(crate) facing: Option<Facing>,
+}
+
+impl TargetStances {
+    pub(crate) fn new(graph: &MotionGraph, table: &EntryTable) -> Self {
+        let facing = Facing::of(graph.skeleton());
+        let at = |edge: EdgeId, edge_frame: u32| {
+            let at = ClipFrame::new(graph, edge, edge_frame);
+            Stance::at_frame(graph, facing, at.node())
+        };
+        let (entries, exits) = (&table.targets, &table.exit_targets);
+        let entry = |target: usize| at(entries[target].edge, entries[target].edge_frame);
+        let exit = |target: usize| at(exits[target].edge, exits[target].edge_frame);
+        Self {
+            entries: in_parallel(0, entries.len(), entry),
+            exits: in_parallel(0, exits.len(), exit),
+            facing: Some(facing),
+        }
     }
 }

@@ -6,6 +6,7 @@
 
 use super::paths::{Link, PathReport, PathSettings, PathTable, alike_cell, edge_placement};
 use super::retime::Retimable;
+use crate::graph::motion_graph::starts;
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::{Rigid2, in_parallel};
 
@@ -95,11 +96,8 @@ pub(in crate::maps) fn find_paths(
         }
         layers.push(Layer { batches });
     }
-    let mut first = vec![0];
-    for node in 0..nodes {
-        let count = layers.last().map_or(0, |last| last.up_to(node));
-        first.push(first[node] + count);
-    }
+    let count = |node: usize| layers.last().map_or(0, |last| last.up_to(node));
+    let first = starts((0..nodes).map(count));
     let links = in_parallel(settings.threads, nodes.div_ceil(BATCH), |batch| {
         let end = ((batch + 1) * BATCH).min(nodes);
         let count = first[end] - first[batch * BATCH];

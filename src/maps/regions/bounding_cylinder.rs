@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
+use crate::graph::motion_graph::starts;
 use crate::graph::{ClipPosition, EdgeId, MotionGraph};
 use crate::math::{
     Rigid2,
@@ -167,11 +168,7 @@ impl ClipCylinders {
 
 /// Index of each clip's first frame among the frames of all clips. The last entry is the number of frames.
 fn firsts(clips: &[Clip]) -> Vec<u32> {
-    let mut firsts = vec![0];
-    for clip in clips {
-        firsts.push(firsts[firsts.len() - 1] + clip.frames() as u32);
-    }
-    firsts
+    starts(clips.iter().map(|clip| clip.frames() as u32))
 }
 
 fn clip_cylinders(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<BoundingCylinder> {
