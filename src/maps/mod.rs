@@ -22,9 +22,8 @@
 //! let baked = Baker::new(graph, settings)?.finish_on_cpu()?;
 //! println!("{} evasions, {} bytes of maps", baked.evasions().len(), baked.atlas().bytes());
 //! for edge in baked.graph().edge_ids().take(1) {
-//!     let node = baked.graph().edge(edge).to;
-//!     let wait = baked.frames_to_evasion(node);
-//!     println!("{} paths to evasions, the first after {wait:?} frames", baked.paths().from_node(node).len());
+//!     let paths = baked.paths().from_node(baked.graph().edge(edge).to);
+//!     println!("{} paths to evasions, the first after {:?} frames", paths.len(), paths.first().map(|path| path.frames));
 //! }
 //! sabaki::archive::write("fighter.sabaki".as_ref(), &baked)?;
 //! # Ok(())

@@ -1,6 +1,6 @@
 //! The immutable result of a bake: everything that a query needs.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -49,8 +49,6 @@ pub(super) struct Derived {
     pub(super) stances: TargetStances,
     /// Number of texels of each region's evasion maps, by slab.
     pub(super) evasion_texels: Vec<Vec<u32>>,
-    /// Minimum number of frames from each node to an evasion's start, at rate 1.
-    pub(super) frames_to_evasion: OnceLock<Vec<u32>>,
     /// Shared by clones, and by graphs that differ in their maps alone: what is cached by it are poses of the body.
     pub(super) identity: Arc<()>,
 }
@@ -300,31 +298,21 @@ impl BakedGraph {
         self.derived.placements[node.index()]
     }
 
-    /// Minimum number of frames from a node to an evasion's start, at rate 1, or `None` if no
-    /// evasion can be reached. The first call computes it for all nodes.
-    #[must_use]
-    pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
-        let all = &self.derived.frames_to_evasion;
-        let frames = all.get_or_init(|| frames_to_evasion(&self.graph, &self.evasions));
-        let frames = frames[node.index()];
-        (frames != u32::MAX).then_some(frames)
-    }
-
     /// Share of the frames of all clips from which an evasion can start within `seconds`, at rate
     /// 1.
     #[must_use]
     pub fn responsive_share(&self, seconds: f64) -> f64 {
         let limit = seconds * self.graph.frame_rate();
+        let waits = frames_to_evasion(&self.graph, &self.evasions);
         let (mut soon, mut all) = (0.0, 0.0);
         let edges = self.graph.edges().iter();
         for edge in edges.filter(|edge| edge.motion == EdgeMotion::Clip) {
             let frames = f64::from(edge.frames);
             all += frames;
-            if let Some(wait) = self.frames_to_evasion(edge.to) {
-                // An edge has the frames 1 to `frames` before its end. Count those from which the
-                // evasion starts within the limit.
-                soon += (limit - f64::from(wait)).floor().clamp(0.0, frames);
-            }
+            // An edge has the frames 1 to `frames` before its end. Count those from which the
+            // evasion starts within the limit.
+            let wait = f64::from(waits[edge.to.index()]);
+            soon += (limit - wait).floor().clamp(0.0, frames);
         }
         if all > 0.0 { soon / all } else { 0.0 }
     }
@@ -344,8 +332,8 @@ impl BakedGraph {
     }
 }
 
-/// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
-/// starts, against the edges' direction.
+/// Minimum number of frames from each node to an evasion's start, `u32::MAX` if it reaches none: Dijkstra's algorithm from all starts,
+/// against the edges' direction.
 fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
     let into = graph.edges_into();
     let mut frames = vec![u32::MAX; graph.nodes().len()];
