@@ -132,20 +132,34 @@ impl MovingSphere {
     /// Calls `visit` with the sphere at times so close together that it moves at most half its
     /// radius between them. The first and the last key are included.
     pub fn for_each_step(&self, mut visit: impl FnMut(Sphere)) {
-        /// Maximum number of steps between two keys. A sphere that moves very far relative to its
-        /// radius is drawn with gaps.
-        const MOST_STEPS: f32 = 1024.0;
         visit(Sphere::new(self.keys[0].center, self.keys[0].radius));
+        let steps = |from: &SphereKey, to: &SphereKey| {
+            from.center.distance(to.center) / (0.5 * from.radius.min(to.radius))
+        };
+        self.for_each_span(steps, |[_, to]| visit(Sphere::new(to.center, to.radius)));
+    }
+
+    /// Calls `visit` with the ends of each step. `steps` returns the number of steps between two keys, which is rounded up.
+    pub(crate) fn for_each_span(
+        &self,
+        steps: impl Fn(&SphereKey, &SphereKey) -> f32,
+        mut visit: impl FnMut([SphereKey; 2]),
+    ) {
+        /// Maximum number of steps between two keys. The steps of a sphere that moves very far relative to its radius are longer, and leave gaps.
+        const MOST_STEPS: f32 = 1024.0;
         for pair in self.keys.windows(2) {
-            let smallest = pair[0].radius.min(pair[1].radius);
-            let steps = (pair[0].center.distance(pair[1].center) / (0.5 * smallest))
-                .ceil()
-                .clamp(1.0, MOST_STEPS);
+            let steps = steps(&pair[0], &pair[1]).ceil().clamp(1.0, MOST_STEPS);
+            let mut from = pair[0];
             for step in 1..=steps as usize {
                 let share = step as f32 / steps;
-                let radius = pair[0].radius + (pair[1].radius - pair[0].radius) * share;
-                let centre = pair[0].center.lerp(pair[1].center, share);
-                visit(Sphere { centre, radius });
+                let between = |a: f32, b: f32| a + (b - a) * share;
+                let to = SphereKey {
+                    t: between(pair[0].t, pair[1].t),
+                    center: pair[0].center.lerp(pair[1].center, share),
+                    radius: between(pair[0].radius, pair[1].radius),
+                };
+                visit([from, to]);
+                from = to;
             }
         }
     }

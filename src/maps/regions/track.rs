@@ -4,7 +4,6 @@
 //! default continuation. Before it come the frames at which the evasion can be entered early. All
 //! is sampled once, when a graph is baked or loaded.
 
-use std::ops::Range;
 use std::sync::OnceLock;
 
 use glam::Vec3;
@@ -27,8 +26,12 @@ pub struct BodyTrack {
     lead_in: usize,
     /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
     rows: Vec<f32>,
-    /// Bounding spheres of each interval.
-    bounds: BoundingSpheres,
+    /// Number of intervals.
+    intervals: usize,
+    /// Bounding spheres of the whole body in each interval, as rows of x, y, z and radius. The last one is repeated 15 times.
+    bounds: [Vec<f32>; 4],
+    /// Bounding spheres of the parts, `[interval][part / 16]`. Unused lanes have a radius of −∞.
+    part_bounds: Vec<SphereRows>,
 }
 
 impl BodyTrack {
@@ -71,7 +74,7 @@ impl BodyTrack {
             ticks,
             lead_in,
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
-            bounds: BoundingSpheres::default(),
+            ..Self::default()
         };
         let body_rows = BodyRows::new(body);
         let mut bounds = Vec::with_capacity(ticks);
@@ -89,28 +92,49 @@ impl BodyTrack {
             let spheres = spheres.map(|(sphere, &centre)| Sphere::new(centre, sphere.radius));
             bounds.push(Sphere::around(&spheres.collect::<Vec<_>>()));
         }
-        let firsts = (0..ticks).step_by(Self::INTERVAL);
-        let stretch = |first: usize| first..=(first + Self::INTERVAL).min(ticks - 1);
-        let stretches: Vec<_> = firsts.map(stretch).collect();
-        let whole = stretches.iter().map(|s| Sphere::around(&bounds[s.clone()]));
-        let whole: Vec<_> = whole.collect();
-        let part = |stretch: usize, spheres: Range<usize>| {
-            let all = spheres.flat_map(|sphere| {
-                let (track, radius) = (&track, body.spheres[sphere].radius);
-                let samples = stretches[stretch].clone();
-                samples.map(move |tick| Sphere::new(track.centre(tick, sphere), radius))
-            });
-            Sphere::around(&all.collect::<Vec<_>>())
-        };
-        track.bounds = BoundingSpheres::new(body.spheres.len(), &whole, part);
+        track.add_bounds(body, &bounds);
         track
+    }
+
+    /// Adds the bounding spheres of each interval. `bounds` holds that of the whole body at each sample.
+    fn add_bounds(&mut self, body: &Body, bounds: &[Sphere]) {
+        let spheres = self.spheres;
+        for first in (0..self.ticks).step_by(Self::INTERVAL) {
+            let samples = first..=(first + Self::INTERVAL).min(self.ticks - 1);
+            let whole = Sphere::around(&bounds[samples.clone()]);
+            for (row, value) in self.bounds.iter_mut().zip(values(whole)) {
+                row.push(value);
+            }
+            for first in (0..spheres).step_by(PART * LANES) {
+                let mut rows = [[0.0; LANES]; 4];
+                rows[3] = [f32::NEG_INFINITY; LANES];
+                let firsts = (first..spheres).step_by(PART).take(LANES);
+                for (lane, first) in firsts.enumerate() {
+                    let all = (first..(first + PART).min(spheres)).flat_map(|sphere| {
+                        let (track, radius) = (&*self, body.spheres[sphere].radius);
+                        let ticks = samples.clone();
+                        ticks.map(move |tick| Sphere::new(track.centre(tick, sphere), radius))
+                    });
+                    let bound = Sphere::around(&all.collect::<Vec<_>>());
+                    for (row, value) in rows.iter_mut().zip(values(bound)) {
+                        row[lane] = value;
+                    }
+                }
+                self.part_bounds.push(rows);
+            }
+            self.intervals += 1;
+        }
+        for row in &mut self.bounds {
+            let last = row[self.intervals - 1];
+            row.resize(row.len() + LANES - 1, last);
+        }
     }
 
     /// Memory of a sample, in bytes.
     pub(in crate::maps) fn tick_bytes(body: &Body) -> usize {
-        12 * Self::padded(body.spheres.len())
-            + 64
-            + BoundingSpheres::stretch_bytes(body.spheres.len()) / Self::INTERVAL
+        let spheres = body.spheres.len();
+        let parts = spheres.div_ceil(PART * LANES) * size_of::<SphereRows>();
+        12 * Self::padded(spheres) + 64 + (size_of::<Sphere>() + parts) / Self::INTERVAL
     }
 
     fn padded(spheres: usize) -> usize {
@@ -121,18 +145,26 @@ impl BodyTrack {
     /// `index` to the first sample of the next interval, along straight lines between samples.
     #[must_use]
     pub fn bounding_sphere(&self, index: usize) -> Sphere {
-        self.bounds.body(index)
+        let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.bounds[row][index]);
+        Sphere::new(Vec3::new(x, y, z), radius)
     }
 
     /// Bounding spheres of 16 consecutive intervals. The last interval is repeated past the end.
     pub(crate) fn bounds(&self, first: usize) -> SphereRows {
-        self.bounds.rows(first)
+        let first = first.min(self.intervals.saturating_sub(1));
+        let mut rows = [[0.0; LANES]; 4];
+        for (row, values) in rows.iter_mut().zip(&self.bounds) {
+            row.copy_from_slice(&values[first..first + LANES]);
+        }
+        rows
     }
 
     /// Spheres that contain the body's parts, [`PART`] spheres each, during an
-    /// interval. Indices past the end return the last interval.
+    /// interval, 16 to an entry. Indices past the end return the last interval.
     pub(crate) fn part_bounds(&self, index: usize) -> &[SphereRows] {
-        self.bounds.parts(index)
+        let each = self.part_bounds.len() / self.intervals.max(1);
+        let index = index.min(self.intervals.saturating_sub(1));
+        &self.part_bounds[index * each..(index + 1) * each]
     }
 
     /// Length of a row of one tick and axis, with padding.
@@ -271,77 +303,6 @@ const LANES: usize = 16;
 
 /// X, y, z and radius of 16 spheres.
 pub(crate) type SphereRows = [[f32; LANES]; 4];
-
-/// The bounding spheres of a track in each interval.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct BoundingSpheres {
-    /// Bounding spheres of the whole body, as rows of x, y, z and radius. The last bounding sphere is repeated 15 times.
-    body: [Vec<f32>; 4],
-    stretches: usize,
-    /// Bounding spheres of the parts, `[stretch][part / 16]`. Unused lanes have a radius of −∞.
-    parts: Vec<SphereRows>,
-}
-
-impl BoundingSpheres {
-    /// Creates the bounding spheres of a body with `spheres` spheres. `body` holds the bounding sphere of the body in
-    /// each interval; `part` returns the bounding sphere of a range of spheres in an interval.
-    fn new(spheres: usize, body: &[Sphere], part: impl Fn(usize, Range<usize>) -> Sphere) -> Self {
-        let mut bounds = Self {
-            stretches: body.len(),
-            ..Self::default()
-        };
-        let last = body.last().into_iter().cycle().take(LANES - 1);
-        for &bound in body.iter().chain(last) {
-            for (row, value) in bounds.body.iter_mut().zip(values(bound)) {
-                row.push(value);
-            }
-        }
-        for stretch in 0..body.len() {
-            for first in (0..spheres).step_by(PART * LANES) {
-                let mut rows = [[0.0; LANES]; 4];
-                rows[3] = [f32::NEG_INFINITY; LANES];
-                let firsts = (first..spheres).step_by(PART).take(LANES);
-                for (lane, first) in firsts.enumerate() {
-                    let bound = part(stretch, first..(first + PART).min(spheres));
-                    for (row, value) in rows.iter_mut().zip(values(bound)) {
-                        row[lane] = value;
-                    }
-                }
-                bounds.parts.push(rows);
-            }
-        }
-        bounds
-    }
-
-    /// Memory of one interval, in bytes.
-    fn stretch_bytes(spheres: usize) -> usize {
-        size_of::<Sphere>() + spheres.div_ceil(PART * LANES) * size_of::<SphereRows>()
-    }
-
-    /// Bounding sphere of the whole body in an interval.
-    fn body(&self, stretch: usize) -> Sphere {
-        let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.body[row][stretch]);
-        Sphere::new(Vec3::new(x, y, z), radius)
-    }
-
-    /// Bounding spheres of the whole body in 16 consecutive intervals. The last interval is repeated past the
-    /// end.
-    fn rows(&self, first: usize) -> SphereRows {
-        let first = first.min(self.stretches.saturating_sub(1));
-        let mut rows = [[0.0; LANES]; 4];
-        for (row, values) in rows.iter_mut().zip(&self.body) {
-            row.copy_from_slice(&values[first..first + LANES]);
-        }
-        rows
-    }
-
-    /// Bounding spheres of the body's parts in an interval, 16 to an entry.
-    fn parts(&self, stretch: usize) -> &[SphereRows] {
-        let each = self.parts.len() / self.stretches.max(1);
-        let stretch = stretch.min(self.stretches.saturating_sub(1));
-        &self.parts[stretch * each..(stretch + 1) * each]
-    }
-}
 
 fn values(sphere: Sphere) -> [f32; 4] {
     let [x, y, z] = sphere.centre.to_array();

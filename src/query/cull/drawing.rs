@@ -609,33 +609,15 @@ fn meets(sphere: Sphere, grid: MapGrid, rect: MapRect) -> bool {
 /// Calls `visit` with the ends of each step of a sphere. Between two keys a step is at most half of their mean radius and half of a slice
 /// long. With the smaller radius, a blast that grows from a point would have very many steps.
 fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([SphereKey; 2])) {
-    /// Maximum number of steps between two keys. The steps of very fast spheres are longer.
-    const MOST_STEPS: f32 = 1024.0;
-    let keys = sphere.keys();
-    if let [only] = keys {
+    if let [only] = sphere.keys() {
         visit([*only; 2]);
     }
-    for pair in keys.windows(2) {
-        let mean = 0.5 * (pair[0].radius + pair[1].radius);
-        let by_way = pair[0].center.distance(pair[1].center) / (0.5 * mean);
-        let by_time = (pair[1].t - pair[0].t) / (0.5 * grid.slice_seconds);
-        let steps = by_way.max(by_time).ceil().clamp(1.0, MOST_STEPS);
-        let at = |step: f32| {
-            let share = step / steps;
-            let between = |a: f32, b: f32| a + (b - a) * share;
-            SphereKey {
-                t: between(pair[0].t, pair[1].t),
-                center: pair[0].center.lerp(pair[1].center, share),
-                radius: between(pair[0].radius, pair[1].radius),
-            }
-        };
-        let mut from = pair[0];
-        for step in 1..=steps as usize {
-            let to = at(step as f32);
-            visit([from, to]);
-            from = to;
-        }
-    }
+    let steps = |from: &SphereKey, to: &SphereKey| {
+        let mean = 0.5 * (from.radius + to.radius);
+        let by_way = from.center.distance(to.center) / (0.5 * mean);
+        by_way.max((to.t - from.t) / (0.5 * grid.slice_seconds))
+    };
+    sphere.for_each_span(steps, visit);
 }
 
 #[cfg(test)]
