@@ -82,11 +82,8 @@ impl Round<'_> {
     fn result(self, index: usize, clearance: Clearance) -> Evaluated {
         let score = || self.score(index, clearance.metres);
         Evaluated {
-            clearance,
             score: clearance.is_clean().then(score),
-            is_final: false,
-            warp: None,
-            push: Push::Unmeasured,
+            ..Evaluated::hit(clearance)
         }
     }
 

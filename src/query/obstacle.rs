@@ -264,20 +264,15 @@ impl Heights {
 }
 
 impl Obstacle {
-    /// The nearest surface point `seconds` from now.
-    pub(crate) fn nearest(&self, point: Vec3, seconds: f32) -> Nearest {
-        self.nearest_at(point, seconds)
-    }
-
     /// Distance of a point from the surface `seconds` from now, in metres; negative inside.
     #[must_use]
     pub fn distance(&self, point: Vec3, seconds: f32) -> f32 {
-        self.nearest_at(point, seconds).metres
+        self.nearest(point, seconds).metres
     }
 
-    /// [`Obstacle::nearest`], inlined so that the normal costs nothing where it is not used.
+    /// The nearest surface point `seconds` from now. Inlined so that the normal costs nothing where it is not used.
     #[inline(always)]
-    fn nearest_at(&self, point: Vec3, seconds: f32) -> Nearest {
+    pub(crate) fn nearest(&self, point: Vec3, seconds: f32) -> Nearest {
         let point = self.moved_back(point, seconds);
         let nearest = match &self.shape {
             Shape::HalfSpace { point: on, normal } => Nearest {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::clearance::Clearance;
 use super::settings::Weights;
 use crate::anim::Warp;
+use crate::graph::Motion;
 
 /// The terms of a candidate's score, and their weighted sum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -112,6 +113,28 @@ pub(super) struct Evaluated {
 }
 
 impl Evaluated {
+    /// A hit, as far as it was tested.
+    pub(super) fn hit(clearance: Clearance) -> Self {
+        Self {
+            clearance,
+            score: None,
+            is_final: false,
+            warp: None,
+            push: Push::Unmeasured,
+        }
+    }
+
+    /// A motion whose warp was tested over the whole attack.
+    pub(super) fn warped(clearance: Clearance, score: Score, motion: &Motion) -> Self {
+        Self {
+            score: Some(score),
+            is_final: true,
+            warp: motion.warp().copied(),
+            push: Push::Allowed,
+            ..Self::hit(clearance)
+        }
+    }
+
     /// Whether the body pushes too hard.
     pub(super) fn is_too_hard(&self) -> bool {
         matches!(self.push, Push::TooHard(_))

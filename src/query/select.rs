@@ -65,12 +65,8 @@ pub(super) fn select(
             };
             state.late_stage.get_or_insert(stage.max(first));
             if !state.candidates.list.is_empty() {
-                return Some(best_hit(
-                    Round { query, state },
-                    evaluator,
-                    motion,
-                    reconsidered,
-                ));
+                let round = Round { query, state };
+                return Some(best_hit(round, evaluator, motion, reconsidered));
             }
         }
         let round = Round { query, state };
@@ -122,12 +118,8 @@ pub(super) fn select(
             evaluator.measure_shallowest_hit(round);
             if evaluator.body().is_late() {
                 state.late_stage.get_or_insert(PlanStage::Moves);
-                return Some(best_hit(
-                    Round { query, state },
-                    evaluator,
-                    motion,
-                    reconsidered,
-                ));
+                let round = Round { query, state };
+                return Some(best_hit(round, evaluator, motion, reconsidered));
             }
         }
         let round = Round { query, state };

@@ -38,6 +38,11 @@ impl TimeWindow {
         ((t - self.origin) * self.rate).max(0.0)
     }
 
+    /// Time of a sample on the attack's clock, in seconds.
+    fn time(&self, tick: f32) -> f32 {
+        self.origin + tick / SAMPLE_RATE / self.rate
+    }
+
     /// A window of a motion with the attack's clock and world.
     pub(super) fn on_motion(from: f32, to: f32) -> Self {
         Self {
@@ -91,6 +96,8 @@ pub(super) struct Sweep<'a> {
 /// The smallest distance so far.
 struct Search {
     extent: Extent,
+    /// The window that is tested now.
+    window: TimeWindow,
     /// Time from which on nothing is tested, and what is not tested is a hit; `None`: never.
     deadline: Option<Instant>,
     is_late: bool,
@@ -114,6 +121,7 @@ impl<'a> Sweep<'a> {
             attack,
             search: Search {
                 extent,
+                window: TimeWindow::on_motion(0.0, f32::INFINITY),
                 deadline,
                 is_late: false,
                 best,
@@ -146,6 +154,7 @@ impl<'a> Sweep<'a> {
 
     /// Tests the part of the attack in a time window.
     pub(super) fn run(&mut self, samples: &mut impl BodySamples, window: TimeWindow) {
+        self.search.window = window;
         self.envelope = self.find_envelope(samples, window);
         for sphere in self.attack.spheres() {
             if self.search.passes_deadline() {
@@ -153,7 +162,7 @@ impl<'a> Sweep<'a> {
             }
             if let [only] = sphere.keys() {
                 if (window.from..=window.to).contains(&only.t) {
-                    self.test([*only; 2], samples, window);
+                    self.test([*only; 2], samples);
                 }
                 continue;
             }
@@ -164,7 +173,7 @@ impl<'a> Sweep<'a> {
                 let (from, to) = (pair[0].t.max(window.from), pair[1].t.min(window.to));
                 if from < to {
                     let cut = [from, to].map(|t| MovingSphere::between(pair[0], pair[1], t));
-                    self.test(cut, samples, window);
+                    self.test(cut, samples);
                 }
             }
         }
@@ -186,7 +195,8 @@ impl<'a> Sweep<'a> {
     }
 
     /// Tests a sphere on one straight line.
-    fn test(&mut self, keys: [SphereKey; 2], samples: &mut impl BodySamples, window: TimeWindow) {
+    fn test(&mut self, keys: [SphereKey; 2], samples: &mut impl BodySamples) {
+        let window = &self.search.window;
         let keys = keys.map(|key| SphereKey {
             t: window.clock(key.t),
             center: window.placement.point(key.center),
@@ -199,7 +209,7 @@ impl<'a> Sweep<'a> {
         if envelope.is_some() {
             return;
         }
-        self.search.test_line(samples, keys, window, self.scratch);
+        self.search.test_line(samples, keys, self.scratch);
     }
 }
 
@@ -219,7 +229,6 @@ impl Search {
         &mut self,
         samples: &mut impl BodySamples,
         keys: [SphereKey; 2],
-        window: TimeWindow,
         scratch: &mut SweepScratch,
     ) {
         let SweepScratch {
@@ -236,16 +245,16 @@ impl Search {
                 break;
             }
             if samples.sampling() == Sampling::Each {
-                self.test_each(samples, keys, window, tick, blocks);
+                self.test_each(samples, keys, tick, blocks);
                 continue;
             }
-            let metres = self.test_straight(samples, keys, window, tick);
+            let metres = self.test_straight(samples, keys, tick);
             if self.is_over() {
                 self.deepen(samples, keys, tick);
                 break;
             }
             if metres < 0.0 && self.best.metres >= 0.0 {
-                self.refine(samples, keys, window, tick);
+                self.refine(samples, keys, tick);
             } else {
                 coarse.push(BoundedInterval {
                     bound: metres - DEVIATION,
@@ -258,7 +267,7 @@ impl Search {
             if self.is_over() || bound >= self.best.metres || self.passes_deadline() {
                 break;
             }
-            self.refine(samples, keys, window, tick);
+            self.refine(samples, keys, tick);
         }
     }
 
@@ -303,7 +312,6 @@ impl Search {
         &mut self,
         samples: &mut impl BodySamples,
         keys: [SphereKey; 2],
-        window: TimeWindow,
         tick: usize,
         blocks: &mut Vec<usize>,
     ) {
@@ -316,7 +324,7 @@ impl Search {
             return;
         }
         for tick in ticks_within(keys, samples.interval(), tick) {
-            self.test_sample(samples, keys, window, tick, Some(blocks));
+            self.test_sample(samples, keys, tick, Some(blocks));
         }
     }
 
@@ -327,7 +335,6 @@ impl Search {
         &mut self,
         samples: &mut impl BodySamples,
         keys: [SphereKey; 2],
-        window: TimeWindow,
         tick: usize,
     ) -> f32 {
         let ends = [tick, tick + samples.interval()];
@@ -348,7 +355,7 @@ impl Search {
                 if let Some(found) = found {
                     self.best = Clearance {
                         metres: found.metres,
-                        time: window.origin + tick as f32 / SAMPLE_RATE / window.rate,
+                        time: self.window.time(tick as f32),
                         body_sphere: found.sphere,
                     };
                 }
@@ -376,13 +383,7 @@ impl Search {
     }
 
     /// Tests the samples of an interval that may be nearer than the smallest distance so far.
-    fn refine(
-        &mut self,
-        samples: &mut impl BodySamples,
-        keys: [SphereKey; 2],
-        window: TimeWindow,
-        tick: usize,
-    ) {
+    fn refine(&mut self, samples: &mut impl BodySamples, keys: [SphereKey; 2], tick: usize) {
         let ends = [tick, tick + samples.interval()];
         let mut parts = [BoundedInterval {
             bound: f32::INFINITY,
@@ -407,7 +408,7 @@ impl Search {
             if self.is_over() || bound >= self.best.metres {
                 break;
             }
-            self.test_sample(samples, keys, window, tick, None);
+            self.test_sample(samples, keys, tick, None);
         }
     }
 
@@ -416,7 +417,6 @@ impl Search {
         &mut self,
         samples: &mut impl BodySamples,
         keys: [SphereKey; 2],
-        window: TimeWindow,
         tick: usize,
         blocks: Option<&[usize]>,
     ) {
@@ -432,7 +432,7 @@ impl Search {
         if let Some(nearest) = nearest {
             self.best = Clearance {
                 metres: nearest.metres,
-                time: window.origin + segment.tick(ends, nearest.share) / SAMPLE_RATE / window.rate,
+                time: self.window.time(segment.tick(ends, nearest.share)),
                 body_sphere: nearest.sphere,
             };
         }

@@ -12,7 +12,7 @@ use crate::query::clearance::PlayedTrack;
 use crate::query::cull::Overlap;
 use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::{Direction, Durations, Rate, rate};
-use crate::query::score::{Evaluated, Push};
+use crate::query::score::Evaluated;
 use crate::query::settings::Enumerate;
 
 /// Scratch of the stage.
@@ -224,13 +224,7 @@ pub(in crate::query) fn reject_blocked(
         let Some(hit) = request.obstacles.on_track(&evasion) else {
             continue;
         };
-        let evaluated = Some(Evaluated {
-            clearance: hit.as_clearance(),
-            score: None,
-            is_final: false,
-            warp: None,
-            push: Push::Unmeasured,
-        });
+        let evaluated = Some(Evaluated::hit(hit.as_clearance()));
         match at {
             Ok(at) => known[at].evaluated = evaluated,
             Err(_) => known.push(KnownHit {

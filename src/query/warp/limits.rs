@@ -406,7 +406,7 @@ pub(super) fn is_sound(
         }
         let weight = warp.envelope.weight(seconds);
         if weight > 0.0 {
-            let feet_before = Ankles::new(graph, bent);
+            let feet_before = ankles(graph, bent);
             warp.bend.apply(graph.rigged_skeleton(), weight, bent);
             let stay = do_feet_stay(graph, motion, limits.slide, &feet_before, bent, seconds);
             if !stay || !are_toes_above_floor(graph, base, bent) {
@@ -425,15 +425,15 @@ fn do_feet_stay(
     graph: &MotionGraph,
     motion: &Motion,
     slide: f32,
-    before: &Ankles,
+    before: &[Option<Vec3>; Rig::LEGS],
     pose: &Pose,
     seconds: f32,
 ) -> bool {
     let playhead = motion.playhead(graph, seconds);
-    let after = Ankles::new(graph, pose);
+    let after = ankles(graph, pose);
     let bend = motion.warp().map(|warp| warp.bend).unwrap_or_default();
     for limb in 0..Rig::LEGS {
-        let (Some(before), Some(after)) = (before.0[limb], after.0[limb]) else {
+        let (Some(before), Some(after)) = (before[limb], after[limb]) else {
             continue;
         };
         let is_lifted = bend.ends[limb] != Vec3::ZERO;
@@ -496,15 +496,10 @@ fn are_speeds_allowed(
 }
 
 /// Positions of the ankles.
-struct Ankles([Option<Vec3>; Rig::LEGS]);
-
-impl Ankles {
-    fn new(graph: &MotionGraph, pose: &Pose) -> Self {
-        let chain = Chain::of(graph.skeleton(), pose);
-        let ankle = |limb: usize| {
-            let leg = graph.rig().limbs()[limb]?;
-            Some(chain.global(leg.foot).translation)
-        };
-        Self([ankle(0), ankle(1)])
-    }
+fn ankles(graph: &MotionGraph, pose: &Pose) -> [Option<Vec3>; Rig::LEGS] {
+    let chain = Chain::of(graph.skeleton(), pose);
+    [0, 1].map(|limb| {
+        let leg = graph.rig().limbs()[limb]?;
+        Some(chain.global(leg.foot).translation)
+    })
 }

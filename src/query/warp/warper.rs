@@ -21,7 +21,7 @@ use crate::maps::BakedGraph;
 use crate::query::attack::Attack;
 use crate::query::clearance::{Clearance, ExactTest, MotionBody, SAMPLE_RATE};
 use crate::query::evaluate::{Bound, Evaluator, Round};
-use crate::query::score::{Evaluated, Push};
+use crate::query::score::Evaluated;
 use crate::query::settings::WarpSettings;
 
 /// What a warp is for.
@@ -285,13 +285,8 @@ pub(in crate::query) fn warp_hits(
             // The clearance of the request's attack, which is larger by the margin.
             clearance.metres -= margin;
             let score = round.score(index, clearance.metres);
-            evaluator.evaluated[index] = Some(Evaluated {
-                clearance,
-                score: Some(score.warped(effort, &settings.weights)),
-                is_final: true,
-                warp: motion.warp().copied(),
-                push: Push::Allowed,
-            });
+            let score = score.warped(effort, &settings.weights);
+            evaluator.evaluated[index] = Some(Evaluated::warped(clearance, score, motion));
             return Some(index);
         }
     }
@@ -338,11 +333,5 @@ pub(in crate::query) fn adjust(
         motion.set_warp(None);
         return;
     }
-    evaluator.evaluated[chosen] = Some(Evaluated {
-        clearance,
-        score: Some(score),
-        is_final: true,
-        warp: motion.warp().copied(),
-        push: Push::Allowed,
-    });
+    evaluator.evaluated[chosen] = Some(Evaluated::warped(clearance, score, motion));
 }
