@@ -30,6 +30,7 @@ pub(super) struct Device {
     extended_dynamic_state: u32,
     allocator: *const Allocator,
     pub(super) pipeline_cache: u64,
+    allocation_callbacks: *const vk::AllocationCallbacks<'static>,
 }
 
 sized! {
@@ -73,7 +74,11 @@ impl Device {
         unsafe {
             let instance = self.instance()?;
             let device = raw_device(&instance, self.device as u64)?;
-            Ok(Context::new(&self.desc(&instance, &device))?)
+            let context = Context::new(&self.desc(&instance, &device))?;
+            Ok(match self.allocation_callbacks.as_ref() {
+                Some(callbacks) => context.with_callbacks(callbacks),
+                None => context,
+            })
         }
     }
 

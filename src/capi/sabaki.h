@@ -146,6 +146,7 @@ typedef struct sabaki_device {
     /* Allocator of device memory; NULL for gpu-allocator. It is copied. */
     const sabaki_allocator *allocator;
     uint64_t pipeline_cache; /* VkPipelineCache that pipelines are created with; 0 for none */
+    const void *allocation_callbacks; /* VkAllocationCallbacks for all objects, which is copied; NULL for none. Memory comes from `allocator` */
 } sabaki_device;
 
 /* Whether some path runs: SABAKI_OK, or SABAKI_ERROR with a message that names what is missing. If `device->device` is NULL, this

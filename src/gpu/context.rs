@@ -22,6 +22,7 @@ pub struct Context {
     driver: vk::DriverId,
     limits: vk::PhysicalDeviceLimits,
     debug: Option<ash::ext::debug_utils::Device>,
+    callbacks: Option<vk::AllocationCallbacks<'static>>,
 }
 
 impl std::fmt::Debug for Context {
@@ -76,7 +77,30 @@ impl Context {
             driver,
             limits: properties.limits,
             debug,
+            callbacks: None,
         })
+    }
+
+    /// Passes the host's callbacks to each call that creates or destroys an object. Default: none. Memory of the device has its own
+    /// interface, [`Memory`](super::Memory).
+    ///
+    /// # Safety
+    /// The callbacks are valid as Vulkan asks, and outlive the context and everything that is created from it.
+    #[must_use]
+    pub unsafe fn with_callbacks(self, callbacks: &vk::AllocationCallbacks<'_>) -> Self {
+        Self {
+            callbacks: Some(vk::AllocationCallbacks {
+                _marker: std::marker::PhantomData,
+                ..*callbacks
+            }),
+            ..self
+        }
+    }
+
+    /// [`Context::with_callbacks`].
+    #[must_use]
+    pub fn callbacks(&self) -> Option<&vk::AllocationCallbacks<'_>> {
+        self.callbacks.as_ref()
     }
 
     /// The host's instance.

@@ -33,8 +33,12 @@ impl DescriptorSets {
         let all: Vec<_> = all.collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&all);
         // SAFETY: the context's device is valid.
-        self.layout = unsafe { context.device().create_descriptor_set_layout(&info, None) }
-            .call("vkCreateDescriptorSetLayout")?;
+        self.layout = unsafe {
+            context
+                .device()
+                .create_descriptor_set_layout(&info, context.callbacks())
+        }
+        .call("vkCreateDescriptorSetLayout")?;
         self.kinds = bindings.iter().map(|&(kind, _)| kind).collect();
         Ok(())
     }
@@ -60,8 +64,8 @@ impl DescriptorSets {
             .max_sets(most)
             .pool_sizes(&sizes);
         // SAFETY: the context's device is valid.
-        self.pool =
-            unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
+        self.pool = unsafe { device.create_descriptor_pool(&info, context.callbacks()) }
+            .call("vkCreateDescriptorPool")?;
         let layouts = vec![self.layout; count];
         let info = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(self.pool)
@@ -97,8 +101,8 @@ impl DescriptorSets {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
             let device = context.device();
-            device.destroy_descriptor_pool(self.pool, None);
-            device.destroy_descriptor_set_layout(self.layout, None);
+            device.destroy_descriptor_pool(self.pool, context.callbacks());
+            device.destroy_descriptor_set_layout(self.layout, context.callbacks());
         }
         *self = Self::default();
     }

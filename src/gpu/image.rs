@@ -76,7 +76,8 @@ impl Image {
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(desc.usage);
         // SAFETY: the context's device is valid, and the caller describes an image that its format supports.
-        self.handle = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
+        self.handle =
+            unsafe { device.create_image(&info, context.callbacks()) }.call("vkCreateImage")?;
         context.name(self.handle, desc.name);
         let info = vk::ImageMemoryRequirementsInfo2::default().image(self.handle);
         let resource = Resource::Image(self.handle);
@@ -98,7 +99,8 @@ impl Image {
             .format(desc.format)
             .subresource_range(range);
         // SAFETY: the image is bound, and of this format.
-        self.view = unsafe { device.create_image_view(&info, None) }.call("vkCreateImageView")?;
+        self.view = unsafe { device.create_image_view(&info, context.callbacks()) }
+            .call("vkCreateImageView")?;
         context.name(self.view, desc.name);
         Ok(())
     }
@@ -107,8 +109,12 @@ impl Image {
     pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
-            context.device().destroy_image_view(self.view, None);
-            context.device().destroy_image(self.handle, None);
+            context
+                .device()
+                .destroy_image_view(self.view, context.callbacks());
+            context
+                .device()
+                .destroy_image(self.handle, context.callbacks());
         }
         (self.view, self.handle) = (vk::ImageView::null(), vk::Image::null());
         if let Some(block) = self.block.take() {

@@ -132,8 +132,8 @@ impl Pipeline {
             .set_layouts(sets)
             .push_constant_ranges(std::slice::from_ref(&range));
         // SAFETY: the context's device is valid, and so are the set layouts.
-        let layout =
-            unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
+        let layout = unsafe { device.create_pipeline_layout(&info, context.callbacks()) }
+            .call("vkCreatePipelineLayout")?;
         context.name(layout, desc.name);
         let handle = with_stages(context, desc.shaders, |stages| match desc.shaders {
             [shader] if shader.stage == Stage::Compute => {
@@ -152,7 +152,7 @@ impl Pipeline {
             }
             Err(error) => {
                 // SAFETY: no pipeline was made with it.
-                unsafe { device.destroy_pipeline_layout(layout, None) };
+                unsafe { device.destroy_pipeline_layout(layout, context.callbacks()) };
                 Err(error)
             }
         }
@@ -162,8 +162,12 @@ impl Pipeline {
     pub(crate) fn destroy(&mut self, context: &Context) {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
-            context.device().destroy_pipeline(self.handle, None);
-            context.device().destroy_pipeline_layout(self.layout, None);
+            context
+                .device()
+                .destroy_pipeline(self.handle, context.callbacks());
+            context
+                .device()
+                .destroy_pipeline_layout(self.layout, context.callbacks());
         }
         *self = Self::default();
     }
@@ -220,8 +224,8 @@ pub fn with_stages(
     let made = shaders.iter().try_for_each(|shader| {
         let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
         // SAFETY: the words were validated when the crate was built.
-        let module =
-            unsafe { device.create_shader_module(&info, None) }.call("vkCreateShaderModule")?;
+        let module = unsafe { device.create_shader_module(&info, context.callbacks()) }
+            .call("vkCreateShaderModule")?;
         context.name(module, shader.name);
         modules.push(module);
         stages.push(
@@ -235,7 +239,7 @@ pub fn with_stages(
     let made = made.and_then(|()| make(&stages));
     for module in modules {
         // SAFETY: the pipeline does not need its modules after it was made.
-        unsafe { device.destroy_shader_module(module, None) };
+        unsafe { device.destroy_shader_module(module, context.callbacks()) };
     }
     made
 }
@@ -264,7 +268,7 @@ fn compute(
     // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
     let pipelines = unsafe {
         let device = context.device();
-        device.create_compute_pipelines(cache, &info, None)
+        device.create_compute_pipelines(cache, &info, context.callbacks())
     };
     match pipelines {
         Ok(pipelines) => Ok(pipelines[0]),
@@ -326,7 +330,7 @@ fn graphics(
         .layout(layout)
         .push_next(&mut rendering);
     // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
-    unsafe { graphics_pipeline(context.device(), cache, info) }
+    unsafe { graphics_pipeline(context, cache, info) }
 }
 
 /// Creates a graphics pipeline.
@@ -337,12 +341,13 @@ fn graphics(
 /// # Safety
 /// Everything that `info` names is of the device and fits together.
 pub unsafe fn graphics_pipeline(
-    device: &ash::Device,
+    context: &Context,
     cache: vk::PipelineCache,
     info: vk::GraphicsPipelineCreateInfo<'_>,
 ) -> Result<vk::Pipeline, GpuError> {
+    let device = context.device();
     // SAFETY: the caller vouches for it.
-    match unsafe { device.create_graphics_pipelines(cache, &[info], None) } {
+    match unsafe { device.create_graphics_pipelines(cache, &[info], context.callbacks()) } {
         Ok(pipelines) => Ok(pipelines[0]),
         Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
     }

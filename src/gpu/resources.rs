@@ -35,8 +35,12 @@ impl DeviceMemory<'_> {
             .usage(desc.usage)
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the context's device is valid, and the description is complete.
-        let handle =
-            unsafe { self.context.device().create_buffer(&info, None) }.call("vkCreateBuffer")?;
+        let handle = unsafe {
+            self.context
+                .device()
+                .create_buffer(&info, self.context.callbacks())
+        }
+        .call("vkCreateBuffer")?;
         self.context.name(handle, desc.name);
         let mut buffer = Buffer {
             handle,
@@ -123,7 +127,11 @@ impl Buffer {
     /// Frees buffer and memory. The device must not use them any more.
     pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handle is null or was made from this device, and the caller knows that the device is done with it.
-        unsafe { context.device().destroy_buffer(self.handle, None) };
+        unsafe {
+            context
+                .device()
+                .destroy_buffer(self.handle, context.callbacks())
+        };
         self.handle = vk::Buffer::null();
         if let Some(block) = self.block.take() {
             memory.free(block);

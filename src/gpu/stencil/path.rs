@@ -102,8 +102,12 @@ impl StencilPath {
             .query_type(vk::QueryType::OCCLUSION)
             .query_count(MOST_QUERIES);
         // SAFETY: the context's device is valid.
-        self.pool =
-            unsafe { context.device().create_query_pool(&info, None) }.call("vkCreateQueryPool")?;
+        self.pool = unsafe {
+            context
+                .device()
+                .create_query_pool(&info, context.callbacks())
+        }
+        .call("vkCreateQueryPool")?;
         context.name(self.pool, &format!("{name}: queries"));
         for slot in 0..desc.frames_in_flight.max(1) {
             let (name, words) = (
@@ -284,7 +288,11 @@ impl DevicePath for StencilPath {
             slot.counts.destroy(context, memory);
         }
         // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
-        unsafe { context.device().destroy_query_pool(self.pool, None) };
+        unsafe {
+            context
+                .device()
+                .destroy_query_pool(self.pool, context.callbacks())
+        };
         self.candidates.destroy(context);
         self.screen.destroy(context, memory);
         self.maps.destroy(context, memory);

@@ -3,7 +3,9 @@
  *
  *     dodge BAKED
  */
+#define _POSIX_C_SOURCE 200112L
 #include <dlfcn.h>
+#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,6 +110,31 @@ static void release(void *user, const sabaki_block *block) {
     if (!block->token) fail("a block of somebody else");
     ((Blocks *)user)->live--;
     CALL("vkFreeMemory", device, block->memory, (void *)0);
+}
+
+/* The renderer's own memory for the objects of the driver. */
+typedef struct { void *user; void *(*allocate)(void *, size_t, size_t, int); void *(*again)(void *, void *, size_t, size_t, int); void (*release)(void *, void *); void *internal[2]; } Callbacks;
+
+static void *host_allocate(void *user, size_t size, size_t alignment, int scope) {
+    void *memory = 0;
+    (void)scope;
+    if (posix_memalign(&memory, alignment < sizeof(void *) ? sizeof(void *) : alignment, size)) return 0;
+    ((int *)user)[0]++;
+    ((int *)user)[1]++;
+    return memory;
+}
+
+static void host_release(void *user, void *memory) {
+    if (memory) ((int *)user)[0]--;
+    free(memory);
+}
+
+static void *host_allocate_again(void *user, void *before, size_t size, size_t alignment, int scope) {
+    void *memory = host_allocate(user, size, alignment, scope);
+    const size_t had = before ? malloc_usable_size(before) : 0;
+    if (memory && before) memcpy(memory, before, had < size ? had : size);
+    if (memory) host_release(user, before);
+    return memory;
 }
 
 /* Memory that ends at any block is an error, and leaves none behind. */
@@ -296,11 +323,16 @@ int main(int count, char **arguments) {
     Blocks blocks = {0, 64, 1};
     const sabaki_allocator allocator = {sizeof allocator, &blocks, allocate, release};
     host.allocator = &allocator;
+    int objects[2] = {0, 0};
+    const Callbacks callbacks = {objects, host_allocate, host_allocate_again, host_release, {0, 0}};
+    host.allocation_callbacks = &callbacks;
     CacheInfo cache_info = {17, 0, 0, 0, 0};
     check(CALL("vkCreatePipelineCache", device, &cache_info, (void *)0, &host.pipeline_cache), "vkCreatePipelineCache");
     avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
     CALL("vkDestroyPipelineCache", device, host.pipeline_cache, (void *)0);
     host.pipeline_cache = 0;
+    if (objects[0] != 0 || objects[1] < 5) fail("objects in the renderer's memory");
+    host.allocation_callbacks = 0;
     if (blocks.live) fail("blocks that were not released");
     sabaki_culler *culler = 0;
     if (sabaki_culler_create(graph, &host, SABAKI_COMPUTE, UINT32_MAX, &culler) != SABAKI_ERROR) fail("too many slots");

@@ -137,8 +137,8 @@ impl Pipelines {
             .set_layouts(&sets)
             .push_constant_ranges(&pushed);
         // SAFETY: as above; the set layout was just made.
-        self.layout =
-            unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
+        self.layout = unsafe { device.create_pipeline_layout(&info, context.callbacks()) }
+            .call("vkCreatePipelineLayout")?;
         for one in &ALL {
             let shaders: Vec<&Shader> = std::iter::once(one.1).chain(one.2).collect();
             let made = with_stages(context, &shaders, |stages| {
@@ -160,9 +160,9 @@ impl Pipelines {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
             for pipeline in self.all.drain(..) {
-                device.destroy_pipeline(pipeline, None);
+                device.destroy_pipeline(pipeline, context.callbacks());
             }
-            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_pipeline_layout(self.layout, context.callbacks());
         }
         self.sets.destroy(context);
         *self = Self::default();
@@ -255,7 +255,7 @@ fn build(
         .layout(layout)
         .push_next(&mut rendering);
     // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
-    unsafe { graphics_pipeline(context.device(), stage.pipeline_cache, info) }
+    unsafe { graphics_pipeline(context, stage.pipeline_cache, info) }
 }
 
 /// The vertex buffer of meshes, and its attributes by location.
