@@ -150,13 +150,8 @@ impl AsfFile {
             hierarchy: Vec::new(),
             is_open: false,
         };
-        let (mut section, mut end) = (
-            String::new(),
-            Line {
-                number: 1,
-                text: "",
-            },
-        );
+        let (number, text) = (1, "");
+        let (mut section, mut end) = (String::new(), Line { number, text });
         for line in lines(bytes)? {
             match line.first().strip_prefix(':') {
                 Some(name) => section = name.to_ascii_lowercase(),
@@ -451,10 +446,8 @@ impl AmcFile {
             held: None,
             skipped: None,
         };
-        let mut end = Line {
-            number: 1,
-            text: "",
-        };
+        let (number, text) = (1, "");
+        let mut end = Line { number, text };
         for line in lines(bytes)? {
             reader.line(line)?;
             end = line;

@@ -41,7 +41,8 @@ impl AttackFile {
             return Err(FileError::NoAttack);
         }
         let attack = |(attack, stored): (usize, StoredAttack)| {
-            Attack::new(stored.spheres).map_err(|error| FileError::Attack { attack, error })
+            let wrong = |error| FileError::entry(format!("attack {attack}"), error);
+            Attack::new(stored.spheres).map_err(wrong)
         };
         let attacks = attacks.into_iter().enumerate().map(attack);
         Ok(Self {

@@ -136,12 +136,10 @@ impl BodyFile {
 
 impl BodyEntry {
     fn wrong(&self, sphere: usize, problem: String) -> FileError {
-        let joint = self.joint.clone();
-        FileError::Sphere {
-            sphere,
-            joint,
+        FileError::entry(
+            format!("sphere {sphere} (joint \"{}\")", self.joint),
             problem,
-        }
+        )
     }
 }
 
@@ -173,8 +171,8 @@ impl MassFile {
                 .find(joint)
                 .ok_or_else(|| FileError::UnknownJoint(joint.clone()))?;
             if !(kilograms.is_finite() && kilograms >= 0.0) {
-                let joint = joint.clone();
-                return Err(FileError::Mass { joint, kilograms });
+                let problem = format!("a mass of {kilograms} kg is not possible");
+                return Err(FileError::entry(format!("joint \"{joint}\""), problem));
             }
             masses[id.index()] = kilograms;
         }

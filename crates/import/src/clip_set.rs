@@ -58,7 +58,13 @@ pub fn read_clips(
 ) -> Result<ClipSet, ReadError> {
     check_options(options)?;
     let (files, passed_over) = expanded(paths)?;
-    check_names(&files)?;
+    let mut seen = HashMap::new();
+    for path in &files {
+        if let Some(first) = seen.insert(clip_name(path), path) {
+            let error = FileError::DuplicateClip(first.clone());
+            return Err(ReadError::in_file(path)(error));
+        }
+    }
     let (loaded, mut failed) = load_all(&files, options);
     let used = match options.keep_going || options.retarget {
         true => largest_group(&loaded),
@@ -231,18 +237,6 @@ fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError
         files.append(&mut inside);
     }
     Ok((files, passed_over))
-}
-
-fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
-    let mut seen = HashMap::new();
-    for path in files {
-        if let Some(first) = seen.insert(clip_name(path), path) {
-            let first: &PathBuf = first;
-            let error = FileError::DuplicateClip(first.clone());
-            return Err(ReadError::in_file(path)(error));
-        }
-    }
-    Ok(())
 }
 
 /// A motion of a file.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::ClipError;
-use sabaki::query::AttackError;
 use thiserror::Error;
 
 use crate::gltf::GltfError;
@@ -149,47 +148,19 @@ pub enum FileError {
         /// Names of these clips.
         clips: Vec<String>,
     },
-    /// An event does not fit its clip or the skeleton.
-    #[error("\"{file}\", event {event}: {problem}")]
-    Event {
-        /// Name of the clip's file, as written.
-        file: String,
-        /// Index of the event, from 0 in the order of the file.
-        event: usize,
-        /// Description of the problem.
-        problem: String,
-    },
     /// An attack file has no attack.
     #[error("the file holds no attack")]
     NoAttack,
-    /// An attack of a file is none.
-    #[error("attack {attack}: {error}")]
-    Attack {
-        /// Index of the attack, from 0.
-        attack: usize,
-        /// What is wrong with it.
-        error: AttackError,
-    },
     /// A body file has no sphere.
     #[error("the file holds no sphere")]
     NoSphere,
-    /// A sphere of a body file is not possible, or the skeleton does not have its joint.
-    #[error("sphere {sphere} (joint \"{joint}\"): {problem}")]
-    Sphere {
-        /// Index of the sphere, from 0.
-        sphere: usize,
-        /// Name of its joint, as written.
-        joint: String,
+    /// An event, an attack, a sphere or a mass of a JSON file is not possible, or does not fit the clip or the skeleton.
+    #[error("{entry}: {problem}")]
+    Entry {
+        /// The entry, with its index from 0, and with the file or joint that it names.
+        entry: String,
         /// Description of the problem.
         problem: String,
-    },
-    /// A mass is negative or infinite.
-    #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
-    Mass {
-        /// Name of the joint.
-        joint: String,
-        /// Mass, in kilograms.
-        kilograms: f32,
     },
     /// An exported answer is invalid or belongs to another graph.
     #[error(transparent)]
@@ -197,6 +168,13 @@ pub enum FileError {
     /// An OBJ file is invalid or contains no mesh.
     #[error(transparent)]
     Obj(#[from] ObjError),
+}
+
+impl FileError {
+    pub(crate) fn entry(entry: String, problem: impl ToString) -> Self {
+        let problem = problem.to_string();
+        Self::Entry { entry, problem }
+    }
 }
 
 impl ReadError {

@@ -198,12 +198,7 @@ pub(super) fn several_joints(joint: &str) -> String {
 
 impl ClipEvents {
     fn wrong(&self, event: usize, problem: String) -> FileError {
-        let file = self.file.clone();
-        FileError::Event {
-            file,
-            event,
-            problem,
-        }
+        FileError::entry(format!("\"{}\", event {event}", self.file), problem)
     }
 
     /// Whether a clip has this name, where one of both may have a folder.

@@ -224,21 +224,22 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
         Ok(rate) => value["p"] = json!(rate.rate),
         Err(error) => value["reason"] = json!(error.to_string()),
     }
-    if let Some(overlap) = candidate.overlap {
-        value["overlap"] = json!({
-            "body": overlap.body,
-            "outer": overlap.outer,
-            "evasion": overlap.evasion,
-        });
-    }
-    if let Some(clearance) = candidate.clearance {
-        value["clearance"] = json!(clearance.metres);
-    }
-    if let Some(score) = candidate.score {
-        value["score"] = json!(score);
-    }
-    if let Some(warp) = candidate.warp {
-        value["warp"] = json!(warp);
+    let overlap = candidate.overlap.map(|overlap| {
+        json!({ "body": overlap.body, "outer": overlap.outer, "evasion": overlap.evasion })
+    });
+    let measured = [
+        ("overlap", overlap),
+        (
+            "clearance",
+            candidate.clearance.map(|own| json!(own.metres)),
+        ),
+        ("score", candidate.score.map(|score| json!(score))),
+        ("warp", candidate.warp.map(|warp| json!(warp))),
+    ];
+    for (key, found) in measured {
+        if let Some(found) = found {
+            value[key] = found;
+        }
     }
     value
 }

@@ -122,9 +122,6 @@ pub(super) fn check_options(options: &ReadOptions) -> Result<(), ReadError> {
     }
 }
 
-/// File extensions of motion files.
-const ENDINGS: [&str; 2] = ["bvh", "amc"];
-
 /// A parsed motion file, in its own unit.
 pub(super) enum MotionFile {
     Bvh(BvhFile),
@@ -165,7 +162,7 @@ fn gltf_bytes(path: &Path, purpose: ReadPurpose) -> Result<Vec<u8>, ReadError> {
 /// Whether a file's name ends as those of motion files do. Of a folder, these files are read.
 #[must_use]
 pub fn is_motion_file(path: &Path) -> bool {
-    ends_with(path, &ENDINGS) || is_gltf(path)
+    ends_with(path, &["bvh", "amc"]) || is_gltf(path)
 }
 
 /// Reads a BVH file in its own unit.
@@ -362,7 +359,7 @@ impl MotionFile {
 
     fn repeated_names(&self) -> &[String] {
         match self {
-            Self::Bvh(file) => file.repeated_names(),
+            Self::Bvh(file) => &file.repeated_names,
             Self::Gltf(file) => &file.repeated_names,
             // Two bones of one name are an error there.
             Self::Amc(..) => &[],
@@ -401,27 +398,24 @@ impl MotionFile {
         options: &ReadOptions,
     ) -> Result<Vec<LoadedClip>, ReadError> {
         let name = clip_name(path);
-        let rooted = |(skeleton, clip): (Skeleton, Clip)| -> Result<_, ClipError> {
-            let (skeleton, clip) = match up {
-                Up::Y => (skeleton, clip),
-                up => up.stood(&skeleton, &clip)?,
-            };
-            Ok(match Rooted::of(&skeleton)? {
-                None => (skeleton, clip),
-                Some(rooted) => rooted.clip(&skeleton, &clip)?,
-            })
-        };
         let metres = scale.metres_per_unit;
         let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), FileError>| {
             if seconds > LONGEST_CLIP {
                 return Err(FileError::TooLong(seconds));
             }
-            let (skeleton, clip) = rooted(motion()?)?;
+            let (mut skeleton, mut clip) = motion()?;
+            if up != Up::Y {
+                // The axes of every joint are changed, so that the rest pose is upright too.
+                let turn = up.turn();
+                let rotation = |own: Quat| (turn * own * turn.conjugate()).normalize();
+                (skeleton, clip) = mapped(&skeleton, clip.desc(), |place| turn * place, rotation)?;
+            }
+            if let Some(rooted) = Rooted::of(&skeleton).map_err(ClipError::from)? {
+                (skeleton, clip) = rooted.clip(&skeleton, &clip)?;
+            }
             let mut notes = self.notes();
-            let file = skeleton.file_joints();
-            let beside = file
-                .iter()
-                .flat_map(|file| file.beside().map(str::to_owned));
+            let file = skeleton.file_joints().into_iter();
+            let beside = file.flat_map(|file| file.beside().map(str::to_owned));
             let beside: Vec<String> = beside.collect();
             if !beside.is_empty() {
                 let beside = shortened(&beside);
@@ -439,7 +433,7 @@ impl MotionFile {
         };
         let motions = match self {
             Self::Bvh(file) => {
-                let seconds = (file.frames() - 1) as f64 * file.frame_time();
+                let seconds = (file.frames() - 1) as f64 * file.frame_time;
                 loaded(seconds, &|| file.motion(&name, metres)).map(|only| vec![only])
             }
             Self::Gltf(file) => {
@@ -527,18 +521,6 @@ impl Up {
 
     pub(crate) fn name(self) -> &'static str {
         Self::ALL[self as usize].1
-    }
-
-    /// Skeleton and motion with +Y up. The axes of every joint are changed, so that the rest pose
-    /// is upright too.
-    pub(super) fn stood(
-        self,
-        skeleton: &Skeleton,
-        clip: &Clip,
-    ) -> Result<(Skeleton, Clip), ClipError> {
-        let turn = self.turn();
-        let rotation = |rotation: Quat| (turn * rotation * turn.conjugate()).normalize();
-        mapped(skeleton, clip.desc(), |place| turn * place, rotation)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Events that are proposed: on real capture, on the embedded motions, and on figures of other sizes and rates.
 
-use sabaki::anim::{Clip, ClipDesc, EventKind, Joint, Skeleton};
+use sabaki::anim::{Clip, ClipDesc, EventKind, Skeleton};
 use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::changed;
 use sabaki_fixtures::demo;
 use sabaki_import::annotate::{Agreement, agreement, overlap, propose};
 use sabaki_import::{ClipSet, EventEntry, EventsFile};
@@ -127,16 +128,12 @@ fn proposals_agree_with_the_events_of_generated_motions() {
 
 /// A clip and its skeleton in another size.
 fn scaled(skeleton: &Skeleton, clip: &Clip, by: f32) -> (Skeleton, Clip) {
-    let joints = skeleton.joints().iter().map(|joint| Joint {
-        offset: joint.offset * by,
-        ..joint.clone()
-    });
-    let skeleton = Skeleton::new(joints.collect()).unwrap();
+    let skeleton = changed(skeleton, |joint| joint.offset *= by);
     let desc = clip.desc();
     let desc = ClipDesc {
         roots: desc.roots.iter().map(|&root| root * by).collect(),
         translations: desc.translations.iter().map(|&place| place * by).collect(),
-        ..desc.clone()
+        ..desc
     };
     let clip = Clip::new(&skeleton, desc).unwrap();
     (skeleton, clip)

@@ -51,10 +51,8 @@ fn joints_without_channels_or_ends_and_odd_names() {
         .replace("    End Site\n    {\n      OFFSET 0 3 0\n    }\n", "")
         .replace("6 7 8 9", "6");
     let file = parse(&text).unwrap();
-    let joints = file
-        .joints()
-        .iter()
-        .map(|joint| (&joint.name[..], joint.kind));
+    let joints = file.joints.iter();
+    let joints = joints.map(|joint| (&joint.name[..], joint.kind));
     let names = ["mixamorig:Hips 1.L", "Head"];
     assert!(joints.eq(names.map(|name| (name, JointKind::Moving))));
     assert_eq!(file.frames(), 2);
@@ -70,7 +68,7 @@ fn names_are_made_unique() {
         MOTION Frames: 1 Frame Time: 1 5"
     );
     let file = parse(&text).unwrap();
-    let names = file.joints().iter().map(|joint| &joint.name[..]);
+    let names = file.joints.iter().map(|joint| &joint.name[..]);
     let expected = ["a", "a_2", "a_2_End2", "a_2_End3", "a_2_2", "a_2_End"];
     assert_eq!(names.collect::<Vec<_>>(), expected);
 }
@@ -93,7 +91,7 @@ fn scales_are_ignored_and_noted() {
         .replace("CHANNELS 3 Zrotation", "CHANNELS 4 xscale Zrotation")
         .replace("1 2 3 4 5 6 7 8 9", "2 1 2 3 4 5 6 0.5 1 3 7 8 9");
     let (plain, scaled) = (parse(GOOD).unwrap(), parse(&scaled).unwrap());
-    assert_eq!(scaled.joints()[0].channels[8], Channel::Scale(2));
+    assert_eq!(scaled.joints[0].channels[8], Channel::Scale(2));
     assert_eq!(Channel::Scale(2).name(), "Zscale");
     let motions = [&scaled, &plain].map(|file| file.motion("a", 1.0).unwrap());
     assert_eq!(motions[0], motions[1]);
@@ -111,7 +109,7 @@ fn a_joint_may_turn_more_than_three_times() {
         )
         .replace("7 8 9", "10 0 -10 0 7 8 9");
     let (plain, more) = (parse(GOOD).unwrap(), parse(&more).unwrap());
-    assert_eq!(more.joints()[1].channels.len(), 7);
+    assert_eq!(more.joints[1].channels.len(), 7);
     let turn = |file: &BvhFile| file.motion("a", 1.0).unwrap().1.desc().rotations[1];
     assert!(turn(&more).dot(turn(&plain)).abs() > 1.0 - 1e-6);
 }
@@ -175,7 +173,7 @@ fn hostile_depth_and_size() {
     let text = format!(
         "HIERARCHY ROOT a {{ OFFSET 0 0 0 CHANNELS 1 Xrotation\n{same}}} MOTION Frames: 1 Frame Time: 1 5"
     );
-    assert_eq!(parse(&text).unwrap().joints()[4_000].name, "a_4001");
+    assert_eq!(parse(&text).unwrap().joints[4_000].name, "a_4001");
 }
 
 #[test]

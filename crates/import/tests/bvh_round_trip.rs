@@ -135,7 +135,7 @@ fn names_that_a_file_cannot_hold_are_changed_not_lost() {
     let mut text = Vec::new();
     write(&mut text, &skeleton, &clip, 1.0).unwrap();
     let file = BvhFile::parse(&text).unwrap();
-    let names = file.joints().iter().map(|joint| joint.name.as_str());
+    let names = file.joints.iter().map(|joint| joint.name.as_str());
     assert!(names.eq(["a__b_", "_", "c d"]));
     assert!(write(&mut text, &skeleton, &clip, 0.0).is_err());
 }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, Facing, Joint, Skeleton};
+use sabaki::anim::{Clip, Facing, Skeleton};
 use sabaki::maps::Body;
 use sabaki_fixtures::clips;
 use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, read_clips};
@@ -327,13 +327,10 @@ fn events_of_the_animations_of_a_file_are_left_out_with_it() {
 fn events_of_an_animation_that_is_read_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     // Half as large, so that its path is doubled.
-    let whole = skeleton(&LIMBS);
-    let joints = whole.joints().iter().map(|joint| Joint {
-        offset: 0.5 * joint.offset,
-        name: joint.name.to_lowercase(),
-        ..joint.clone()
+    let half = clips::changed(&skeleton(&LIMBS), |joint| {
+        joint.offset *= 0.5;
+        joint.name = joint.name.to_lowercase();
     });
-    let half = Skeleton::new(joints.collect()).unwrap();
     let animations = [("near", Vec3::Y), ("far", Vec3::new(600e3, 1.0, 0.0))];
     write_gltf(folder.path(), "half.glb", &half, &animations);
     write_figures(folder.path(), &["a.bvh", "b.bvh"]);

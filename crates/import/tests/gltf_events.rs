@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use sabaki::anim::{Event, EventKind, JointId, Pose};
+use sabaki::anim::{EventKind, JointId, Pose};
 use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
+use sabaki_fixtures::clips::{attack, clips_apart, evasion, joints_of, most_apart};
 use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
@@ -46,13 +46,7 @@ fn poses_and_events_come_back() {
 fn an_events_file_has_the_word_for_the_clips_that_it_names() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..2]);
-    let event = |clip, start| Event {
-        clip,
-        kind: EventKind::Attack,
-        start,
-        end: start + 0.5,
-        joints: vec![JointId(3)],
-    };
+    let event = |clip, start| attack(clip, start, start + 0.5, vec![JointId(3)]);
     let inside = [event(0, 0.25), event(1, 0.5)];
     let folder = tempfile::tempdir().unwrap();
     let path = write_glb(folder.path(), "all.glb", skeleton, clips, &inside);
@@ -74,13 +68,7 @@ fn an_events_file_has_the_word_for_the_clips_that_it_names() {
 fn extras_of_others_are_let_be_and_wrong_ones_of_ours_are_named() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
-    let events = [Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start: 0.5,
-        end: 1.0,
-        joints: Vec::new(),
-    }];
+    let events = [evasion(0, 0.5, 1.0)];
     let mut bytes = Vec::new();
     gltf::write(&mut bytes, skeleton, clips, &events).unwrap();
     let (document, binary) = glb_parts(&bytes);
@@ -97,10 +85,7 @@ fn extras_of_others_are_let_be_and_wrong_ones_of_ours_are_named() {
     let error = refusal(with("evasion", "evasive"));
     let is_named = error.contains("events in its extras") && error.contains("evasive");
     assert!(is_named, "{error}");
-    let nowhere = [Event {
-        clip: 7,
-        ..events[0].clone()
-    }];
+    let nowhere = [evasion(7, 0.5, 1.0)];
     let error = refusal(gltf::write(&mut Vec::new(), skeleton, clips, &nowhere));
     assert!(error.contains("clip 7"), "{error}");
 }

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips;
 use sabaki_import::{ClipSet, FileError, ReadOptions, bvh, read_clip, read_clips};
@@ -48,12 +48,10 @@ fn disguised(skeleton: &Skeleton, clip: &Clip, scale: f32) -> (Skeleton, Clip) {
     };
     let turns: Vec<Quat> = (0..skeleton.len()).map(turn).collect();
     let above = |joint: &Joint| joint.parent.map_or(Quat::IDENTITY, |p| turns[p.index()]);
-    let joints = skeleton.joints().iter().map(|joint| Joint {
-        name: format!("other:{}", joint.name.to_uppercase()),
-        offset: scale * (above(joint).inverse() * joint.offset),
-        ..joint.clone()
+    let other = clips::changed(skeleton, |joint| {
+        joint.offset = scale * (above(joint).inverse() * joint.offset);
+        joint.name = format!("other:{}", joint.name.to_uppercase());
     });
-    let other = Skeleton::new(joints.collect()).unwrap();
     let mut desc = clip.desc().clone();
     desc.roots.iter_mut().for_each(|root| *root *= scale);
     for rotations in desc.rotations.chunks_mut(skeleton.len()) {
@@ -180,12 +178,10 @@ fn other_names_are_refused_and_told() {
 fn a_motion_without_bones_is_no_motion_of_this_skeleton() {
     let (own, _) = captures();
     let plain = read_clips(&own, None, &ReadOptions::default()).unwrap();
-    let joints = plain.skeleton.joints().iter().map(|joint| Joint {
-        name: format!("flat:{}", joint.name),
-        offset: Vec3::ZERO,
-        ..joint.clone()
+    let flat = clips::changed(&plain.skeleton, |joint| {
+        joint.name.insert_str(0, "flat:");
+        joint.offset = Vec3::ZERO;
     });
-    let flat = Skeleton::new(joints.collect()).unwrap();
     let desc = ClipDesc {
         name: "flat.bvh".into(),
         ..plain.clips[0].desc().clone()
@@ -291,13 +287,7 @@ fn labelled(folder: &Path, joint: u16) -> [PathBuf; 3] {
     desc.rotations = frames
         .flat_map(|of_frame| [of_frame, &[Quat::IDENTITY]].concat())
         .collect();
-    let event = Event {
-        clip: 0,
-        kind: EventKind::Attack,
-        start: 0.05,
-        end: 0.125,
-        joints: vec![JointId(joint)],
-    };
+    let event = clips::attack(0, 0.05, 0.125, vec![JointId(joint)]);
     let [a, b] = ["a.bvh", "b.bvh"].map(|name| folder.join(name));
     for path in [&a, &b] {
         write(path, &skeleton, &clip);
@@ -389,9 +379,10 @@ fn wraps_without_change(person: (Skeleton, Clip), joints: usize) {
 #[test]
 fn a_root_of_another_name_is_not_counted_as_found_by_name() {
     let person = small_person();
-    let mut joints = person.0.joints().to_vec();
-    joints[0].name = "pelvis".into();
-    let other = (Skeleton::new(joints).unwrap(), person.1.clone());
+    let other = clips::changed(&person.0, |joint| {
+        joint.name = joint.name.replace("Hips", "pelvis");
+    });
+    let other = (other, person.1.clone());
     let (note, most) = put_on(&person, &other);
     assert!(note.contains("6 of 7 joints by name"), "{note}");
     let end = "; its root \"pelvis\" is taken for \"Hips\"";

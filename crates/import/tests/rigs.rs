@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton};
+use sabaki::anim::{Clip, Joint, JointId, JointKind, Pose, Skeleton};
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::{BakeSettings, Baker, Body};
-use sabaki_fixtures::clips::{clips_apart, joint, joints_of, most_apart};
+use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::clips::{self, clips_apart, evasion, joint, joints_of, most_apart};
 use sabaki_fixtures::files::below_root;
 use sabaki_import::{ClipSet, FileError, ReadOptions, bvh, read_bvh, read_clip, read_clips};
 
@@ -100,11 +101,8 @@ fn bones_that_stand_in_the_frames_are_those_of_the_skeleton() {
     let barest = Body::from_bones(&zero.skeleton).barest_bone(&zero.skeleton, &zero.clips);
     assert!(barest.unwrap().1 < 0.01, "{barest:?}");
     // Spheres that lie on other bones do not cover them.
-    let short = plain.skeleton.joints().iter().map(|joint| Joint {
-        offset: 0.5 * joint.offset,
-        ..joint.clone()
-    });
-    let short = Body::from_bones(&Skeleton::new(short.collect()).unwrap());
+    let short = clips::changed(&plain.skeleton, |joint| joint.offset *= 0.5);
+    let short = Body::from_bones(&short);
     let barest = short.barest_bone(&plain.skeleton, &plain.clips);
     assert!(barest.unwrap().1 > 0.05, "{barest:?}");
 }
@@ -192,7 +190,7 @@ fn clips_far_from_the_origin_are_put_there() {
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn a_root_above_the_hips_of_captures_changes_nothing() {
-    let folder = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("fight");
+    let folder = mocap("fight");
     let read = |folder: &Path| {
         let events = folder.join("events.json");
         let folder = [folder.to_owned()];
@@ -254,7 +252,7 @@ fn joints_above_the_hips_come_back_as_they_were() {
         let mut bytes = Vec::new();
         bvh::write(&mut bytes, &skeleton, &set.clips[0], 0.01).unwrap();
         let again = written(folder.path(), &format!("written_{name}.bvh"), bytes);
-        assert_eq!(read_bvh(&again).unwrap().joints().len(), in_file.len());
+        assert_eq!(read_bvh(&again).unwrap().joints.len(), in_file.len());
         assert!(apart(&set, &read(&again)) < 1e-4, "{name}");
         let again = format!("written_{name}.glb");
         let again = read(&write_glb(
@@ -364,8 +362,7 @@ fn limbs_and_sides_are_found_without_names() {
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn people_of_gltf_face_where_they_walk() {
-    let path = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("gltf/CesiumMan.glb");
-    let set = read(&path);
+    let set = read(&mocap("gltf/CesiumMan.glb"));
     let ends = set.skeleton.ends().unwrap();
     let sides = ends.map(|end| set.skeleton.joint(end).name.contains("_L_"));
     assert_eq!(sides, [true, false, true, false], "{}", set.figure);
@@ -449,14 +446,7 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
     let folder = tempfile::tempdir().unwrap();
     let mut set = library(folder.path());
     // An event from the first frame to the last has no frames before it to blend in.
-    let joints = Vec::new();
-    set.events = vec![Event {
-        clip: 1,
-        kind: EventKind::Evasion,
-        start: 0.0,
-        end: set.clips[1].duration(),
-        joints,
-    }];
+    set.events = vec![evasion(1, 0.0, set.clips[1].duration())];
     let (graph, report) = built(&set, &settings).unwrap();
     graph.validate().unwrap();
     assert_eq!(report.dropped.clips, Vec::<String>::new());
@@ -477,7 +467,7 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn no_clip_of_captures_is_lost() {
-    let folder = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("fight");
+    let folder = mocap("fight");
     let sets: [(&[&str], _); 2] = [
         // The walk alone has transitions, but the stand is a loop that lasts longer.
         (&["A1_Stand", "B3_Walk"], 2),
@@ -624,13 +614,7 @@ fn with_details(angle: f32) -> ClipSet {
         *clip = Clip::new(&set.skeleton, desc).unwrap();
     }
     let seconds = set.clips[0].duration();
-    set.events = vec![Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start: 0.4 * seconds,
-        end: 0.6 * seconds,
-        joints: Vec::new(),
-    }];
+    set.events = vec![evasion(0, 0.4 * seconds, 0.6 * seconds)];
     set
 }
 

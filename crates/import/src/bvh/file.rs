@@ -10,9 +10,12 @@ use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton, S
 /// Position channels *replace* the offset of a joint, including the root's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BvhFile {
-    joints: Vec<BvhJoint>,
-    repeated_names: Vec<String>,
-    frame_time: f64,
+    /// Joints in the order of the file: the root first, parents before children.
+    pub joints: Vec<BvhJoint>,
+    /// The names that several joints have in the file; all but the first of each were renamed.
+    pub repeated_names: Vec<String>,
+    /// Time between frames, in seconds.
+    pub frame_time: f64,
     declared_frames: u64,
     channels: usize,
     values: Vec<f64>,
@@ -32,8 +35,6 @@ pub struct BvhJoint {
     pub kind: JointKind,
     /// Channels, in the order of the file.
     pub channels: Vec<Channel>,
-    /// Index of the joint's first value in a frame.
-    pub first_channel: usize,
 }
 
 impl BvhFile {
@@ -48,7 +49,7 @@ impl BvhFile {
         let mut lexer = Lexer::new(text)?;
         let mut joints = parse_hierarchy(&mut lexer)?;
         let channels = joints.iter().map(|joint| joint.channels.len()).sum();
-        let motion = parse_motion(&mut lexer, channels)?;
+        let (declared_frames, frame_time, values) = parse_motion(&mut lexer, channels)?;
         let moving = joints
             .iter()
             .filter(|joint| joint.kind == JointKind::Moving);
@@ -57,23 +58,11 @@ impl BvhFile {
         Ok(Self {
             joints,
             repeated_names,
-            frame_time: motion.frame_time,
-            declared_frames: motion.declared_frames,
+            frame_time,
+            declared_frames,
             channels,
-            values: motion.values,
+            values,
         })
-    }
-
-    /// Joints in the order of the file: the root first, parents before children.
-    #[must_use]
-    pub fn joints(&self) -> &[BvhJoint] {
-        &self.joints
-    }
-
-    /// The names that several joints have in the file; all but the first of each were renamed.
-    #[must_use]
-    pub fn repeated_names(&self) -> &[String] {
-        &self.repeated_names
     }
 
     /// Doubtful contents of the file, one line each: frames beyond the number that it states, joints that rotate about one
@@ -125,18 +114,6 @@ impl BvhFile {
         self.values.len() / self.channels
     }
 
-    /// Time between frames, in seconds.
-    #[must_use]
-    pub fn frame_time(&self) -> f64 {
-        self.frame_time
-    }
-
-    /// Values of one frame, for all channels of all joints.
-    #[must_use]
-    pub fn frame(&self, frame: usize) -> &[f64] {
-        &self.values[frame * self.channels..(frame + 1) * self.channels]
-    }
-
     /// The skeleton in metres. A scale of 1 keeps the file's unit.
     ///
     /// # Errors
@@ -155,14 +132,19 @@ impl BvhFile {
     pub fn pose(&self, frame: usize, metres_per_unit: f64, out: &mut Pose) {
         out.rotations.clear();
         out.translations.clear();
-        let values = self.frame(frame);
+        let mut values = self.values[frame * self.channels..][..self.channels].iter();
         for joint in &self.joints {
-            let (rotation, place) = local_transform(
-                &joint.channels,
-                &values[joint.first_channel..],
-                joint.offset,
-            );
-            out.rotations.push(rotation.as_quat());
+            let (mut rotation, mut place) = (DQuat::IDENTITY, joint.offset);
+            for (&channel, &value) in joint.channels.iter().zip(&mut values) {
+                match channel {
+                    Channel::Position(axis) => place[axis] = value,
+                    Channel::Rotation(axis) => {
+                        rotation *= DQuat::from_axis_angle(DVec3::AXES[axis], value.to_radians());
+                    }
+                    Channel::Scale(_) => {}
+                }
+            }
+            out.rotations.push(rotation.normalize().as_quat());
             out.translations.push((place * metres_per_unit).as_vec3());
         }
         out.root = out.translations.first().copied().unwrap_or_default();
@@ -222,19 +204,4 @@ impl Channel {
             .find(|&&(_, channel)| channel == self)
             .map_or("", |&(name, _)| name)
     }
-}
-
-/// Rotation of a joint and its position in its parent's frame, from its values in one frame.
-fn local_transform(channels: &[Channel], values: &[f64], offset: DVec3) -> (DQuat, DVec3) {
-    let (mut rotation, mut place) = (DQuat::IDENTITY, offset);
-    for (&channel, &value) in channels.iter().zip(values) {
-        match channel {
-            Channel::Position(axis) => place[axis] = value,
-            Channel::Rotation(axis) => {
-                rotation *= DQuat::from_axis_angle(DVec3::AXES[axis], value.to_radians());
-            }
-            Channel::Scale(_) => {}
-        }
-    }
-    (rotation.normalize(), place)
 }

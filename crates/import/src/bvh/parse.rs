@@ -26,7 +26,6 @@ pub(super) fn parse_hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<BvhJoint>, Te
         lexer,
         joints: Vec::new(),
         open: Vec::new(),
-        channels: 0,
     };
     tree.joint()?;
     while !tree.open.is_empty() {
@@ -45,8 +44,6 @@ struct Tree<'l, 'a> {
     lexer: &'l mut Lexer<'a>,
     joints: Vec<BvhJoint>,
     open: Vec<Open>,
-    /// Number of channels so far.
-    channels: usize,
 }
 
 /// A joint whose braces are open.
@@ -166,7 +163,6 @@ impl Tree<'_, '_> {
             offset: DVec3::ZERO,
             kind,
             channels: Vec::new(),
-            first_channel: self.channels,
         });
         Ok(())
     }
@@ -194,7 +190,6 @@ impl Tree<'_, '_> {
             }
             channels.push(channel);
         }
-        self.channels += count;
         self.joints[joint].channels = channels;
         Ok(())
     }
@@ -219,16 +214,12 @@ impl Tree<'_, '_> {
     }
 }
 
-/// The part of a file after `MOTION`.
-pub(super) struct Motion {
-    pub(super) declared_frames: u64,
-    pub(super) frame_time: f64,
-    /// Values, frame by frame.
-    pub(super) values: Vec<f64>,
-}
-
-/// Parses from `Frames:` to the end of the file. Line breaks between values are ignored.
-pub(super) fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<Motion, TextError> {
+/// Parses from `Frames:` to the end of the file. Line breaks between values are ignored. Returns the number of frames that the file states, the
+/// time of a frame, and the values, frame by frame.
+pub(super) fn parse_motion(
+    lexer: &mut Lexer<'_>,
+    channels: usize,
+) -> Result<(u64, f64, Vec<f64>), TextError> {
     if channels == 0 {
         let problem = "no joint has a channel: there is no motion to read";
         return Err(lexer.error(lexer.at, problem));
@@ -265,11 +256,8 @@ pub(super) fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<Mot
         values.push(lexer.to_number(Some(word), "a number of the motion")?);
         end = lexer.at;
     }
-    let (found, whole, extra) = (
-        values.len(),
-        values.len() / channels,
-        values.len() % channels,
-    );
+    let found = values.len();
+    let (whole, extra) = (found / channels, found % channels);
     if (found as u64) < expected {
         let problem = format!(
             "the motion ends early: {declared_frames} frames of {channels} values are {expected} values, found {found} ({whole} whole frames)"
@@ -282,11 +270,7 @@ pub(super) fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<Mot
         );
         return Err(lexer.error(end, problem));
     }
-    Ok(Motion {
-        declared_frames,
-        frame_time,
-        values,
-    })
+    Ok((declared_frames, frame_time, values))
 }
 
 /// Gives every joint a unique name.

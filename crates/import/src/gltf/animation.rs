@@ -8,12 +8,14 @@ use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 
 use super::GltfError;
-use super::buffers::Container;
+use super::buffers::{Container, FLOATS};
 use super::nodes::{Local, node_name};
 use crate::MOST_ENTRIES;
 
 /// The channels of an animation that move nodes and whose interpolation is known: node, property and index of the sampler.
-fn targets(animation: &Animation) -> impl Iterator<Item = (usize, Property, usize)> + '_ {
+pub(super) fn targets(
+    animation: &Animation,
+) -> impl Iterator<Item = (usize, Property, usize)> + '_ {
     let channels = animation.channels.iter();
     channels.filter_map(|channel| {
         let Checked::Valid(property) = channel.target.path else {
@@ -27,11 +29,6 @@ fn targets(animation: &Animation) -> impl Iterator<Item = (usize, Property, usiz
         let is_motion = property != Property::MorphTargetWeights && is_known;
         is_motion.then(|| (channel.target.node.value(), property, index))
     })
-}
-
-/// Whether an animation moves one of the nodes for which `moves` returns true.
-pub(super) fn moves_any(animation: &Animation, moves: impl Fn(usize) -> bool) -> bool {
-    targets(animation).any(|(node, ..)| moves(node))
 }
 
 /// The nodes that the animations of a file move, of those for which `moves` returns true.
@@ -68,14 +65,8 @@ pub(super) fn moved_nodes(
 /// Tracks of one animation, by node.
 pub(super) struct Tracks {
     pub(super) name: String,
-    nodes: HashMap<usize, NodeTracks>,
-}
-
-#[derive(Default)]
-struct NodeTracks {
-    translation: Option<Track>,
-    rotation: Option<Track>,
-    scale: Option<Track>,
+    /// Translation, rotation and scale.
+    nodes: HashMap<usize, [Option<Track>; 3]>,
 }
 
 /// Keyframes of one property of one node.
@@ -95,50 +86,44 @@ impl Tracks {
         animation: &Animation,
         moves: impl Fn(usize) -> bool,
     ) -> Result<Self, GltfError> {
-        let mut nodes: HashMap<usize, NodeTracks> = HashMap::new();
+        let mut nodes: HashMap<usize, [Option<Track>; 3]> = HashMap::new();
         for (node, property, sampler) in targets(animation).filter(|&(node, ..)| moves(node)) {
             let of_animation = || format!("animation \"{name}\"");
             let found = animation.samplers.get(sampler);
             let sampler =
                 found.ok_or_else(|| GltfError::index(of_animation(), "sampler", sampler))?;
-            let Some(mut track) = Track::read(container, sampler, property)? else {
-                continue;
-            };
+            let mut track = Track::read(container, sampler, property)?;
             track.check(property).map_err(|(key, problem)| {
                 let of_node = node_name(container, node);
                 let key = format!("{}, node \"{of_node}\", key {key}", of_animation());
                 GltfError::part(key, problem)
             })?;
-            let of_node = nodes.entry(node).or_default();
-            *match property {
-                Property::Rotation => &mut of_node.rotation,
-                Property::Scale => &mut of_node.scale,
-                _ => &mut of_node.translation,
-            } = Some(track);
+            let part = match property {
+                Property::Rotation => 1,
+                Property::Scale => 2,
+                _ => 0,
+            };
+            nodes.entry(node).or_default()[part] = Some(track);
         }
         Ok(Self { name, nodes })
     }
 
     /// Times of all keys, track by track.
     pub(super) fn times(&self) -> impl Iterator<Item = &[f32]> {
-        self.nodes.values().flat_map(|node| {
-            [&node.translation, &node.rotation, &node.scale]
-                .into_iter()
-                .flatten()
-                .map(|track| track.times.as_slice())
-        })
+        let tracks = self.nodes.values().flatten().flatten();
+        tracks.map(|track| track.times.as_slice())
     }
 
     /// Transform of a node at a time, or `rest` if it has no keys.
     pub(super) fn sample(&self, node: usize, rest: &Local, time: FrameTime) -> Local {
-        let Some(tracks) = self.nodes.get(&node) else {
+        let Some([translation, rotation, scale]) = self.nodes.get(&node) else {
             return *rest;
         };
         let vector = |track: &Option<Track>, rest: Vec3| {
             let value = track.as_ref().map(|track| track.at(time, Vec4::lerp));
             value.map_or(rest, Vec4::truncate)
         };
-        let rotation = tracks.rotation.as_ref().map(|track| {
+        let rotation = rotation.as_ref().map(|track| {
             let value = track.at(time, |a, b, share| {
                 let (a, b) = (Quat::from_vec4(a), Quat::from_vec4(b));
                 let b = if a.dot(b) < 0.0 { -b } else { b };
@@ -147,41 +132,42 @@ impl Tracks {
             Quat::from_vec4(value).normalize()
         });
         Local {
-            translation: vector(&tracks.translation, rest.translation),
+            translation: vector(translation, rest.translation),
             rotation: rotation.unwrap_or(rest.rotation),
-            scale: vector(&tracks.scale, rest.scale),
+            scale: vector(scale, rest.scale),
         }
     }
 }
 
 impl Track {
-    /// Reads the keys of a property. Returns `None` if the interpolation is unknown.
+    /// Reads the keys of a property.
     fn read(
         container: &Container,
         sampler: &Sampler,
         property: Property,
-    ) -> Result<Option<Self>, GltfError> {
-        let Checked::Valid(interpolation) = sampler.interpolation else {
-            return Ok(None);
-        };
+    ) -> Result<Self, GltfError> {
         let (input, output) = (sampler.input.value(), sampler.output.value());
-        let from = || "a sampler".to_owned();
-        let times = container.floats::<1>(input, from)?;
+        let from = "a sampler";
+        let times = container.elements::<_, 1>(input, from, FLOATS)?;
         let values: Vec<Vec4> = if property == Property::Rotation {
-            let values = container.floats::<4>(output, from)?;
+            let values = container.elements::<_, 4>(output, from, FLOATS)?;
             values.into_iter().map(Vec4::from).collect()
         } else {
-            let values = container.floats::<3>(output, from)?;
+            let values = container.elements::<_, 3>(output, from, FLOATS)?;
             values
                 .into_iter()
                 .map(|v| Vec3::from(v).extend(0.0))
                 .collect()
         };
-        Ok(Some(Self {
+        Ok(Self {
             times: times.into_iter().map(|[time]| time).collect(),
             values,
-            interpolation,
-        }))
+            interpolation: match sampler.interpolation {
+                Checked::Valid(known) => known,
+                // The targets have none of these.
+                Checked::Invalid => Interpolation::Linear,
+            },
+        })
     }
 
     /// Checks the keys and normalises rotations. Returns the first invalid key and the reason.

@@ -86,7 +86,7 @@ impl<'a> Container<'a> {
     }
 
     /// Bytes of a buffer. `from` names what refers to it.
-    fn buffer(&self, index: usize, from: impl Fn() -> String) -> Result<&[u8], GltfError> {
+    fn buffer(&self, index: usize, from: &str) -> Result<&[u8], GltfError> {
         let buffer = self.root.buffers.get(index);
         let failed = |problem: String| GltfError::part(format!("buffer {index}"), problem);
         let bytes = match (buffer.and_then(|buffer| buffer.uri.as_ref()), self.binary) {
@@ -96,7 +96,7 @@ impl<'a> Container<'a> {
             }
             // Only the first buffer can be the GLB container's binary chunk.
             (None, Some(binary)) if index == 0 => binary,
-            _ => return Err(GltfError::index(from(), "buffer", index)),
+            _ => return Err(GltfError::index(from, "buffer", index)),
         };
         let wanted = buffer.map_or(0, |buffer| buffer.byte_length.0);
         match bytes.len() as u64 >= wanted {
@@ -122,13 +122,9 @@ impl<'a> Container<'a> {
     }
 
     /// Bytes of a buffer view, or `None` if it ends beyond its buffer. `from` names what refers to it.
-    pub(super) fn view(
-        &self,
-        index: usize,
-        from: impl Fn() -> String,
-    ) -> Result<Option<&[u8]>, GltfError> {
+    pub(super) fn view(&self, index: usize, from: &str) -> Result<Option<&[u8]>, GltfError> {
         let view = self.root.buffer_views.get(index);
-        let view = view.ok_or_else(|| GltfError::index(from(), "buffer view", index))?;
+        let view = view.ok_or_else(|| GltfError::index(from, "buffer view", index))?;
         let Some(compressed) = Compressed::of(view) else {
             return Ok(within(self.buffer(view.buffer.value(), from)?, view));
         };
@@ -350,57 +346,15 @@ fn without_nodeless(json: &[u8]) -> Option<Vec<u8>> {
 }
 
 impl Container<'_> {
-    /// Elements of an accessor, with `N` floats each. Integers must be normalised.
-    pub(super) fn floats<const N: usize>(
+    /// Elements of an accessor, with `N` components each. `from` names what refers to it.
+    pub(super) fn elements<T: Copy + Default, const N: usize>(
         &self,
         index: usize,
-        from: impl Fn() -> String,
-    ) -> Result<Vec<[f32; N]>, GltfError> {
-        self.elements(index, from, |component, is_normalised| match component {
-            ComponentType::F32 => Ok(number),
-            _ if is_normalised => Ok(number),
-            _ => Err("its integers are not normalised"),
-        })
-    }
-
-    /// Elements of an accessor, with `N` floats each. Integers may be normalised or stand for themselves, as `KHR_mesh_quantization` allows.
-    pub(super) fn coordinates<const N: usize>(
-        &self,
-        index: usize,
-        from: impl Fn() -> String,
-    ) -> Result<Vec<[f32; N]>, GltfError> {
-        self.elements(index, from, |component, is_normalised| match component {
-            ComponentType::F32 => Ok(number),
-            _ if is_normalised => Ok(number),
-            _ => Ok(whole_number),
-        })
-    }
-
-    /// Elements of an accessor, with `N` unsigned integers each.
-    pub(super) fn integers<const N: usize>(
-        &self,
-        index: usize,
-        from: impl Fn() -> String,
-    ) -> Result<Vec<[u32; N]>, GltfError> {
-        use ComponentType::{U8, U16, U32};
-        self.elements(index, from, |component, is_normalised| match component {
-            U8 | U16 | U32 if !is_normalised => {
-                Ok(|component, bytes| little_endian(&bytes[..component.size()]) as u32)
-            }
-            _ => Err("its elements are not unsigned integers"),
-        })
-    }
-
-    /// Elements of an accessor. `decoder` returns a function for one component, by its type and
-    /// whether it is normalised.
-    fn elements<T: Copy + Default, const N: usize>(
-        &self,
-        index: usize,
-        from: impl Fn() -> String,
-        decoder: impl Fn(ComponentType, bool) -> Result<Decode<T>, &'static str>,
+        from: &str,
+        decoder: Decoder<T>,
     ) -> Result<Vec<[T; N]>, GltfError> {
         let accessor = self.root.accessors.get(index);
-        let accessor = accessor.ok_or_else(|| GltfError::index(from(), "accessor", index))?;
+        let accessor = accessor.ok_or_else(|| GltfError::index(from, "accessor", index))?;
         let wrong = |problem| GltfError::part(format!("accessor {index}"), problem);
         let component = match accessor.component_type {
             Checked::Valid(component) => component.0,
@@ -417,7 +371,7 @@ impl Container<'_> {
             let stride = of_view.and_then(|view| view.byte_stride);
             let stride = stride.map_or(size, |stride| stride.0);
             let start = usize::try_from(offset.0).ok();
-            let bytes = self.view(view.value(), &from)?;
+            let bytes = self.view(view.value(), from)?;
             let bytes = bytes.and_then(|view| view.get(start?..));
             let end = match count.checked_sub(1) {
                 None => Some(0),
@@ -476,6 +430,28 @@ impl Container<'_> {
 /// Decodes the component at the start of bytes, which must be long enough.
 type Decode<T> = fn(ComponentType, &[u8]) -> T;
 
+/// Chooses how to decode components of a type, which may be normalised.
+type Decoder<T> = fn(ComponentType, bool) -> Result<Decode<T>, &'static str>;
+
+/// Reads floats. Integers must be normalised.
+pub(super) const FLOATS: Decoder<f32> = |component, is_normalised| match component {
+    ComponentType::F32 => Ok(number),
+    _ if is_normalised => Ok(number),
+    _ => Err("its integers are not normalised"),
+};
+
+/// Reads floats. Integers may be normalised or stand for themselves, as `KHR_mesh_quantization` allows.
+pub(super) const COORDINATES: Decoder<f32> =
+    |component, is_normalised| Ok(FLOATS(component, is_normalised).unwrap_or(whole_number));
+
+/// Reads unsigned integers.
+pub(super) const INTEGERS: Decoder<u32> = |component, is_normalised| match component {
+    ComponentType::U8 | ComponentType::U16 | ComponentType::U32 if !is_normalised => {
+        Ok(|component, bytes| little_endian(&bytes[..component.size()]) as u32)
+    }
+    _ => Err("its elements are not unsigned integers"),
+};
+
 /// Unsigned little-endian number of up to four bytes.
 fn little_endian(bytes: &[u8]) -> usize {
     let bytes = bytes.iter().rev();
@@ -523,7 +499,7 @@ mod tests {
         };
         let mut container = Container::parse(text.as_bytes(), &mut load).unwrap();
         container.most = 100;
-        let read = |index| container.buffer(index, String::new).map(<[u8]>::len);
+        let read = |index| container.buffer(index, "").map(<[u8]>::len);
         assert_eq!([0, 1, 2, 3].map(|index| read(index).unwrap()), [40; 4]);
         assert_eq!(container.bytes.get(), 80);
         let error = read(4).unwrap_err().to_string();

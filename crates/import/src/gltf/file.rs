@@ -5,7 +5,7 @@ use glam::{DMat3, Quat, Vec3};
 use serde::Deserialize;
 
 use super::GltfError;
-use super::animation::{Frames, Tracks, moved_nodes, moves_any};
+use super::animation::{Frames, Tracks, moved_nodes, targets};
 use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{UsedNames, repeated_names};
@@ -89,7 +89,7 @@ impl GltfFile {
                 .clone()
                 .unwrap_or_else(|| format!("animation_{index}"));
             let name = taken.first_free(&name, "_");
-            if !moves_any(animation, is_moving) {
+            if !targets(animation).any(|(node, ..)| is_moving(node)) {
                 notes.push(format!(
                     "animation \"{name}\" moves no joint and is left out"
                 ));
@@ -180,7 +180,7 @@ impl<'a> Rig<'a> {
         }
         let link = |&node: &usize| Link {
             node,
-            parent: nodes.parent(node).and_then(|parent| places[parent]),
+            parent: nodes.parents[node].and_then(|parent| places[parent]),
             rest: Local::of(&container.root.nodes[node]),
         };
         let mut rig = Self {

@@ -16,8 +16,8 @@ use gltf_json::texture::Info;
 use gltf_json::validation::Checked;
 
 use super::GltfError;
-use super::buffers::{Container, unread};
-use super::nodes::{Local, Nodes, World, node_name};
+use super::buffers::{COORDINATES, Container, FLOATS, INTEGERS, unread};
+use super::nodes::{Local, Nodes, World, largest_skin, node_name};
 use crate::bvh::UsedNames;
 use sabaki::anim::Skeleton;
 
@@ -298,13 +298,7 @@ struct Rig<'a> {
 impl<'a> Rig<'a> {
     fn of(container: &'a Container<'a>, used: &BTreeSet<usize>) -> Result<Self, GltfError> {
         let root = &container.root;
-        let largest = root
-            .skins
-            .iter()
-            .enumerate()
-            .rev()
-            .max_by_key(|(_, skin)| skin.joints.len())
-            .filter(|(_, skin)| !skin.joints.is_empty());
+        let largest = largest_skin(root).filter(|(_, skin)| !skin.joints.is_empty());
         let (largest, _) = largest.ok_or(GltfError::NoMesh)?;
         let mut rig = Self {
             container,
@@ -340,8 +334,9 @@ impl<'a> Rig<'a> {
         let skin = skin.ok_or_else(|| GltfError::index("a node", "skin", index))?;
         let inverses = match skin.inverse_bind_matrices {
             Some(accessor) => {
-                let from = || format!("skin {index}");
-                self.container.floats::<16>(accessor.value(), from)?
+                let from = format!("skin {index}");
+                self.container
+                    .elements::<_, 16>(accessor.value(), &from, FLOATS)?
             }
             None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
         };
@@ -454,9 +449,7 @@ struct Builder<'a> {
 }
 
 /// An object that refers to an accessor, for error messages.
-fn from() -> String {
-    "a primitive".to_owned()
-}
+const FROM: &str = "a primitive";
 
 /// The values of an attribute, if there are as many as vertices.
 fn checked<T>(values: Vec<T>, vertices: usize) -> Result<Vec<T>, GltfError> {
@@ -476,7 +469,7 @@ impl Builder<'_> {
         let Some(positions) = find(Semantic::Positions) else {
             return Ok(());
         };
-        let positions = container.coordinates::<3>(positions, from)?;
+        let positions = container.elements::<_, 3>(positions, FROM, COORDINATES)?;
         let count = positions.len();
         let mut influences = Vec::new();
         for set in 0..MOST_SETS {
@@ -485,17 +478,19 @@ impl Builder<'_> {
             else {
                 break;
             };
-            let joints = checked(container.integers::<4>(joints, from)?, count)?;
-            let weights = checked(container.floats::<4>(weights, from)?, count)?;
+            let joints = checked(container.elements::<_, 4>(joints, FROM, INTEGERS)?, count)?;
+            let weights = checked(container.elements::<_, 4>(weights, FROM, FLOATS)?, count)?;
             influences.push((joints, weights));
         }
         let (uv_set, placement) = part.texture.map(placement).unzip();
         let placement = placement.unwrap_or(Affine2::IDENTITY);
         let uvs = uv_set.and_then(|set| find(Semantic::TexCoords(set)));
-        let uvs = uvs.map(|index| checked(container.coordinates::<2>(index, from)?, count));
+        let uvs =
+            uvs.map(|index| checked(container.elements::<_, 2>(index, FROM, COORDINATES)?, count));
         let uvs = uvs.transpose()?;
         let normals = find(Semantic::Normals);
-        let normals = normals.map(|index| checked(container.coordinates::<3>(index, from)?, count));
+        let normals = normals
+            .map(|index| checked(container.elements::<_, 3>(index, FROM, COORDINATES)?, count));
         let normals = normals.transpose()?;
         let colours = find(Semantic::Colors(0));
         let colours = colours.map(|index| checked(self.colours(index)?, count));
@@ -567,13 +562,13 @@ impl Builder<'_> {
         let accessor = self.container.root.accessors.get(index);
         let mut colours = match accessor.map(|accessor| accessor.type_) {
             Some(Checked::Valid(Type::Vec3)) => {
-                let colours = self.container.floats::<3>(index, from)?;
+                let colours = self.container.elements::<_, 3>(index, FROM, FLOATS)?;
                 colours
                     .into_iter()
                     .map(|[red, green, blue]| [red, green, blue, 1.0])
                     .collect()
             }
-            _ => self.container.floats::<4>(index, from)?,
+            _ => self.container.elements::<_, 4>(index, FROM, FLOATS)?,
         };
         for part in colours.as_flattened_mut() {
             *part = part.clamp(0.0, 1.0);
@@ -588,7 +583,9 @@ impl Builder<'_> {
     ) -> Result<Vec<[u32; 3]>, GltfError> {
         let indices: Vec<u32> = match primitive.indices {
             Some(accessor) => {
-                let indices = self.container.integers::<1>(accessor.value(), from)?;
+                let indices = self
+                    .container
+                    .elements::<_, 1>(accessor.value(), FROM, INTEGERS)?;
                 indices.as_flattened().to_vec()
             }
             None => (0..vertices as u32).collect(),
@@ -668,7 +665,7 @@ fn decoded(container: &Container, index: usize) -> Result<Texture, GltfError> {
             .fetch(uri)
             .and_then(|bytes| Texture::decode(&bytes)),
         (None, Some(view)) => {
-            let bytes = container.view(view.value(), || format!("image {index}"))?;
+            let bytes = container.view(view.value(), &format!("image {index}"))?;
             let bytes = bytes.ok_or_else(|| "it has no bytes".to_owned());
             bytes.and_then(Texture::decode)
         }

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::{DAffine3, DMat4, DQuat, DVec3, Quat, Vec3};
 use gltf_json::animation::Property;
 use gltf_json::validation::Checked;
-use gltf_json::{Root, scene};
+use gltf_json::{Root, Skin, scene};
 
 use super::GltfError;
 use super::buffers::Container;
@@ -14,7 +14,7 @@ use sabaki::anim::Skeleton;
 /// The tree of all nodes, and the nodes of the skeleton.
 pub(super) struct Nodes {
     /// Parent of each node.
-    parents: Vec<Option<usize>>,
+    pub(super) parents: Vec<Option<usize>>,
     /// Number of nodes above each node, below [`Skeleton::MAX_JOINTS`].
     pub(super) depths: Vec<usize>,
     /// Nodes above the skeleton's root, from the top down. They move the skeleton as a whole.
@@ -102,10 +102,6 @@ impl Nodes {
     pub(super) fn ancestry(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         std::iter::successors(Some(node), |&node| self.parents[node])
     }
-
-    pub(super) fn parent(&self, node: usize) -> Option<usize> {
-        self.parents[node]
-    }
 }
 
 /// Whether a name is one that programs give to the end of a last bone.
@@ -151,14 +147,15 @@ fn top_down(nodes: &[scene::Node], parents: &[Option<usize>]) -> Vec<usize> {
     order
 }
 
+/// The skin of most joints, with its index; of several the first.
+pub(super) fn largest_skin(root: &Root) -> Option<(usize, &Skin)> {
+    let skins = root.skins.iter().enumerate().rev();
+    skins.max_by_key(|(_, skin)| skin.joints.len())
+}
+
 /// Nodes of the largest skin or, without skins, the animated nodes and all their descendants.
 fn wanted(root: &Root) -> Result<Vec<usize>, GltfError> {
-    let largest = root
-        .skins
-        .iter()
-        .enumerate()
-        .rev()
-        .max_by_key(|(_, skin)| skin.joints.len());
+    let largest = largest_skin(root);
     let (from, mut wanted) = match largest {
         Some((index, skin)) => {
             let joints = skin.joints.iter().map(|joint| joint.value());
