@@ -264,13 +264,14 @@ fn throw_by_time(args: &Args, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failur
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let batches = attacks.div_ceil(BATCH);
+    let empty = |contact| TimeRow {
+        contact,
+        ..TimeRow::default()
+    };
     let of_batch = |number: usize| -> Result<TimeRow, Failure> {
         let contact = CONTACTS[number / batches as usize];
         let first = number as u64 % batches * BATCH;
-        let mut row = TimeRow {
-            contact,
-            ..TimeRow::default()
-        };
+        let mut row = empty(contact);
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         for index in first..(first + BATCH).min(attacks) {
             cancel::check()?;
@@ -290,10 +291,7 @@ fn throw_by_time(args: &Args, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failur
         of_batch,
     );
     bar.finish_and_clear();
-    let mut rows = CONTACTS.map(|contact| TimeRow {
-        contact,
-        ..TimeRow::default()
-    });
+    let mut rows = CONTACTS.map(empty);
     for (number, batch) in found.into_iter().enumerate() {
         rows[number / batches as usize] += batch?;
     }

@@ -8,10 +8,10 @@ use glam::Vec3;
 
 use super::gui::bars;
 use super::player::Times;
-use super::{Scene, WindowError};
+use super::{Drawn, Scene};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, CrowdShot, Formation, Mesh, Outfit, Shot, level_colour};
+use sabaki_draw::scene::{Camera, Formation, Mesh, Outfit, level_colour};
 
 /// Path of the camera past a crowd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,12 +107,7 @@ impl Scene for CrowdScene {
         self.path.camera(&self.formation, self.seconds)
     }
 
-    fn draw(
-        &mut self,
-        camera: Camera,
-        size: [u32; 2],
-        poses: &mut [F32x16],
-    ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
+    fn draw(&mut self, camera: Camera, size: [u32; 2], poses: &mut [F32x16]) -> Drawn {
         self.formation.use_levels(self.levels);
         self.formation.show_levels(self.tinted);
         self.formation.look_from(&camera, size)?;

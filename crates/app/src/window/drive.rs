@@ -13,10 +13,10 @@ use sabaki::character::{
 use sabaki::maps::BakedGraph;
 use sabaki::math::{F32x16, Rigid2, Sphere};
 use sabaki::query::{Obstacle, ObstacleError};
-use sabaki_draw::scene::{Actor, Camera, Capsule, CrowdShot, Light, Look, Mesh, Outfit, Shot};
+use sabaki_draw::scene::{Actor, Camera, Capsule, Light, Look, Mesh, Outfit, Shot};
 
 use super::gui::write_in_corner;
-use super::{Event, Scene, Seen, WindowError};
+use super::{Drawn, Event, Scene, Seen};
 use crate::play::{PlayError, WatchedBody, joints_of};
 use sabaki_fixtures::throw::generator;
 
@@ -417,12 +417,7 @@ impl Scene for DriveScene {
         6.5
     }
 
-    fn draw(
-        &mut self,
-        camera: Camera,
-        _: [u32; 2],
-        _: &mut [F32x16],
-    ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
+    fn draw(&mut self, camera: Camera, _: [u32; 2], _: &mut [F32x16]) -> Drawn {
         let shot = self.shot(camera).unwrap_or_else(|error| {
             self.failed = Some(error.to_string());
             Shot::new(camera, Light::default())

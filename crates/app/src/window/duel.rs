@@ -6,14 +6,12 @@ use egui::{Color32, RichText};
 use glam::Vec3;
 
 use super::gui::write_in_corner;
-use super::{Event, Scene, Seen, WindowError};
+use super::{Drawn, Event, Scene, Seen};
 use crate::play::{APART, Fight, PlayError, clip_of, score};
 use sabaki::anim::Clip;
 use sabaki::maps::BakedGraph;
 use sabaki::math::F32x16;
-use sabaki_draw::scene::{
-    Camera, CrowdShot, Cut, DuelPlayback, Exchange, Light, Mesh, Outfit, Shot,
-};
+use sabaki_draw::scene::{Camera, Cut, DuelPlayback, Exchange, Light, Mesh, Outfit, Shot};
 
 /// Number of exchanges in the panel.
 const LISTED: usize = 20;
@@ -180,12 +178,7 @@ impl Scene for DuelScene {
         self.cut.filter(|_| !self.is_free).map(|cut| cut.camera)
     }
 
-    fn draw(
-        &mut self,
-        camera: Camera,
-        size: [u32; 2],
-        _: &mut [F32x16],
-    ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
+    fn draw(&mut self, camera: Camera, size: [u32; 2], _: &mut [F32x16]) -> Drawn {
         self.aspect = size[0].max(1) as f32 / size[1].max(1) as f32;
         let shot = match self.cut {
             Some(cut) => {

@@ -53,6 +53,9 @@ pub use egui;
 /// Where a place of the world appears on the screen, in points; `None` behind the camera.
 pub type Seen<'a> = &'a dyn Fn(Vec3) -> Option<egui::Pos2>;
 
+/// A picture and, if there is one, its crowd.
+pub type Drawn = Result<(Shot, Option<CrowdShot>), WindowError>;
+
 /// The contents of a window.
 pub trait Scene {
     /// Meshes of the characters.
@@ -84,12 +87,7 @@ pub trait Scene {
     ///
     /// # Errors
     /// Those of the scene.
-    fn draw(
-        &mut self,
-        camera: Camera,
-        size: [u32; 2],
-        poses: &mut [F32x16],
-    ) -> Result<(Shot, Option<CrowdShot>), WindowError>;
+    fn draw(&mut self, camera: Camera, size: [u32; 2], poses: &mut [F32x16]) -> Drawn;
 
     /// Handles a click in the direction `ray` of `camera`. The device culls where the scene uses it.
     ///

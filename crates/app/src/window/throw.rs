@@ -13,7 +13,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::gui::{bars, write_beside};
 use super::player::Times;
-use super::{Event, Scene, Seen, WindowError};
+use super::{Drawn, Event, Scene, Seen, WindowError};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, MotionStep, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
@@ -25,7 +25,7 @@ use sabaki::query::{
     QueryContext, QuerySettings, Request,
 };
 use sabaki_draw::scene::{
-    Actor, Camera, CrowdShot, Dodge, DodgeSettings, Light, Look, Mesh, Nearest, Outfit, Shot,
+    Actor, Camera, Dodge, DodgeSettings, Light, Look, Mesh, Nearest, Outfit, Shot,
 };
 use sabaki_fixtures::headless::{Cullers, Headless};
 use sabaki_fixtures::throw::generator;
@@ -616,12 +616,7 @@ impl Scene for ThrowScene<'_> {
         4.6
     }
 
-    fn draw(
-        &mut self,
-        camera: Camera,
-        _: [u32; 2],
-        _: &mut [F32x16],
-    ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
+    fn draw(&mut self, camera: Camera, _: [u32; 2], _: &mut [F32x16]) -> Drawn {
         Ok((self.shot(camera), None))
     }
 

@@ -1,9 +1,7 @@
 //! Two fighters.
 
-use std::path::Path;
-
 use sabaki_fixtures::baked::embedded_file;
-use sabaki_import::{ReadOptions, read_clip};
+use sabaki_import::read_bvh;
 
 use super::run::{folder, sabaki};
 
@@ -42,15 +40,9 @@ fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     // What both played, a frame 60 times a second.
     let seconds = document["seconds"].as_f64().unwrap();
     for name in ["white", "blue"] {
-        let file = folder
-            .path()
-            .join("played")
-            .join(name)
-            .with_extension("bvh");
-        let clip = read_clip(Path::new(&file), &ReadOptions::default())
-            .unwrap()
-            .clip;
-        assert!((clip.frames() as f64 - 60.0 * seconds - 1.0).abs() < 0.5);
+        let file = folder.path().join(format!("played/{name}.bvh"));
+        let frames = read_bvh(&file).unwrap().frames();
+        assert!((frames as f64 - 60.0 * seconds - 1.0).abs() < 0.5);
     }
 }
 
@@ -59,12 +51,8 @@ fn a_duel_that_cannot_be_fought_says_why() {
     let folder = folder();
     // There is no walk in these clips, so the characters do not approach.
     let far = sabaki(&folder, "duel BAKED --rounds 1 --apart 6").is(1);
-    assert!(
-        far.stdout
-            .contains("ended early: no fighter comes within reach"),
-        "{}",
-        far.stdout
-    );
+    let words = "ended early: no fighter comes within reach";
+    assert!(far.stdout.contains(words), "{}", far.stdout);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use sabaki_import::bvh;
 use serde_json::Value;
 
 use super::assert_is_png;
-use super::run::{clips, folder, sabaki};
+use super::run::{clips, folder, sabaki, write};
 
 #[test]
 fn the_levels_of_a_clip_are_told_and_drawn() {
@@ -37,12 +37,8 @@ fn lod_json_has_its_keys() {
             assert_eq!(level["level"], index);
             assert_eq!(level["joints"], 24 - index);
             assert_eq!(level["removed"].is_null(), index == 0);
-            for key in [
-                "energy",
-                "position_error_mean",
-                "position_error_max",
-                "step",
-            ] {
+            let errors = ["position_error_mean", "position_error_max", "step"];
+            for key in errors.iter().chain(&["energy"]) {
                 assert!(level[key].as_f64().unwrap() >= 0.0, "{key}");
             }
         }
@@ -73,19 +69,16 @@ fn settings_change_what_they_say() {
     let small = run("--screen 540");
     let furthest = |document: &Value| document["switching"]["rule"]["energy"]["furthest"].as_f64();
     assert!((furthest(&small).unwrap() * 2.0 - furthest(&plain).unwrap()).abs() < 1e-2);
-    std::fs::write(
-        folder.path().join("masses.json"),
+    write(
+        &folder,
+        "masses.json",
         r#"{"masses": {"LeftForeArm": 100.0}}"#,
-    )
-    .unwrap();
+    );
     let heavy = run("--masses masses.json");
     let energy = |joint: &str| {
         let energies = heavy["energies"].as_array().unwrap();
-        let found = energies
-            .iter()
-            .find(|energy| energy["joint"] == joint)
-            .unwrap();
-        found["energy"].as_f64().unwrap()
+        let mut found = energies.iter().filter(|energy| energy["joint"] == joint);
+        found.next().unwrap()["energy"].as_f64().unwrap()
     };
     // Only what carries the weight has any energy.
     assert!(energy("LeftArm") > 0.0);
@@ -95,11 +88,7 @@ fn settings_change_what_they_say() {
 #[test]
 fn lod_refuses_what_makes_no_sense() {
     let folder = folder();
-    std::fs::write(
-        folder.path().join("masses.json"),
-        r#"{"masses": {"Tail": 1.0}}"#,
-    )
-    .unwrap();
+    write(&folder, "masses.json", r#"{"masses": {"Tail": 1.0}}"#);
     for (args, expected) in [
         ("--lock Tail", "the skeleton has no joint \"Tail\""),
         (

@@ -1,21 +1,18 @@
 //! What explains and measures: `dodge --explain`, `--replay`, `compare` and `coverage`.
 
-use std::fs;
-
 use serde_json::Value;
 
 use super::assert_is_png;
-use super::run::{folder, sabaki, text_of};
+use super::run::{folder, sabaki, text_of, write};
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }
 
 fn row_of<'a>(rows: &'a [Value], cull: &str, grid: &str) -> &'a Value {
-    let mut found = rows
-        .iter()
-        .filter(|row| row["cull"] == cull && row["grid"] == grid);
-    found.next().unwrap_or_else(|| panic!("{cull} {grid}"))
+    let mut rows = rows.iter();
+    let found = rows.find(|row| row["cull"] == cull && row["grid"] == grid);
+    found.unwrap_or_else(|| panic!("{cull} {grid}"))
 }
 
 #[test]
@@ -63,7 +60,7 @@ fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
     assert!(shortened > 0, "nothing was long");
     assert!(outscored.iter().all(|&count| count > 0), "{outscored:?}");
     let attack = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
-    fs::write(folder.path().join("one.json"), attack).unwrap();
+    write(&folder, "one.json", attack);
     let beyond = "dodge BAKED --attack one.json --explain 1";
     sabaki(&folder, beyond).is_refused(&["one.json", "no attack 1"]);
 }
@@ -84,12 +81,12 @@ fn an_exported_answer_is_replayed_to_the_bit() {
     let text = text_of(&folder.path().join("out/attack_0001.json"));
     let mut facts: Value = serde_json::from_str(&text).unwrap();
     facts["answer"]["clearance"] = (number(&facts["answer"]["clearance"]) + 1e-6).into();
-    fs::write(folder.path().join("other.json"), facts.to_string()).unwrap();
+    write(&folder, "other.json", facts.to_string());
     assert_eq!(replay("other.json").json(1)["same"], false);
     facts["query"]["graph"] = 1.into();
-    fs::write(folder.path().join("graph.json"), facts.to_string()).unwrap();
+    write(&folder, "graph.json", facts.to_string());
     replay("graph.json").is_refused(&["graph.json", "the graph 00000001"]);
-    fs::write(folder.path().join("cut.json"), &text[..100]).unwrap();
+    write(&folder, "cut.json", &text[..100]);
     replay("cut.json").is_refused(&["cut.json", "line"]);
     replay("none.json").is_refused(&["none.json"]);
 }
@@ -104,14 +101,9 @@ fn what_is_recorded_is_measured_beside_the_clips() {
     for (kind, minutes) in [("steering", 10), ("threats", 10), ("idle", 4)] {
         assert!(most(kind) > 0.0 && most("idle") <= most(kind), "{quality}");
         for minute in 0..minutes {
-            let file = folder
-                .path()
-                .join(format!("out/{kind}/{kind}_{minute:02}.bvh"));
-            assert!(
-                text_of(&file).contains("Frames: 3600\n"),
-                "{}",
-                file.display()
-            );
+            let name = format!("out/{kind}/{kind}_{minute:02}.bvh");
+            let text = text_of(&folder.path().join(&name));
+            assert!(text.contains("Frames: 3600\n"), "{name}");
         }
     }
 }
@@ -123,11 +115,8 @@ fn compare_holds_all_paths_to_the_exact_one() {
     let json = format!("{args} --json --plot plot.png");
     let document = sabaki(&folder, &json).json(0);
     let rows = document["rows"].as_array().unwrap();
-    let lazy: Vec<Value> = rows
-        .iter()
-        .filter(|r| r["evaluation"] == "lazy")
-        .cloned()
-        .collect();
+    let lazy = rows.iter().filter(|row| row["evaluation"] == "lazy");
+    let lazy: Vec<Value> = lazy.cloned().collect();
     for row in rows {
         assert_eq!(row["attacks"], 12);
         for key in ["candidates", "kept", "weak", "wrong", "undecided"] {
@@ -181,10 +170,8 @@ fn compare_repeats_the_papers_table() {
         }
     }
     assert_eq!(row("none", "off")["paper_ms"], 496);
-    let told = sabaki(&folder, "compare BAKED --paper --attacks 2")
-        .is(0)
-        .stdout;
-    assert!(told.contains("paper ms") && told.contains("2:40"));
+    let told = sabaki(&folder, "compare BAKED --paper --attacks 2").is(0);
+    assert!(told.stdout.contains("paper ms") && told.stdout.contains("2:40"));
     let both = sabaki(&folder, "compare BAKED --paper --plot plot.png");
     both.is_misused(&["--plot"]);
 }

@@ -4,7 +4,7 @@
 use std::fs;
 use std::process::Command;
 
-use super::run::{baked, clips, folder, sabaki, text_of};
+use super::run::{baked, clips, folder, sabaki, text_of, write};
 
 /// Two joints of one name, one of which turns about Z three times; more frames than are stated.
 const DOUBTFUL: &str = "HIERARCHY\nROOT arm\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Zrotation Zrotation\nJOINT arm\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Zrotation\nEnd Site\n{\nOFFSET 0 0.7 0\n}\n}\n}\nMOTION\nFrames: 1\nFrame Time: 0.033\n0 0 0 0 0 0\n0 0 0 0 0 0\n0 0 0 0 0 0\n";
@@ -105,7 +105,7 @@ fn words_and_numbers_that_it_does_not_know() {
 #[test]
 fn places_that_cannot_be_written_to() {
     let folder = folder();
-    fs::write(folder.path().join("file"), "this is a file, and no folder").unwrap();
+    write(&folder, "file", "this is a file, and no folder");
     fs::create_dir(folder.path().join("a_folder")).unwrap();
     for out in ["file/g.sabaki", "no/such/folder/g.sabaki", "a_folder"] {
         let args = format!("bake --clips CLIPS --out {out}");
@@ -116,7 +116,7 @@ fn places_that_cannot_be_written_to() {
         let words = format!("--export {export}: file is not a folder");
         sabaki(&folder, &args).is_refused(&[&words]);
     }
-    fs::write(folder.path().join("out"), "the demo needs this name").unwrap();
+    write(&folder, "out", "the demo needs this name");
     sabaki(&folder, "").is_refused(&["out is not a folder"]);
     let own = text_of(&folder.path().join("out"));
     assert_eq!(own, "the demo needs this name");
@@ -193,7 +193,7 @@ fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
         count += usize::from(name.to_string_lossy().ends_with(".bvh"));
     }
     for name in ["broken.bvh", "empty.bvh"] {
-        fs::write(folder.path().join("in").join(name), "HIERARCHY\n").unwrap();
+        write(folder.path().join("in"), name, "HIERARCHY\n");
     }
     let bake = "--json bake --clips in --out g.sabaki";
     let refused = sabaki(&folder, bake);
@@ -210,26 +210,17 @@ fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
     assert!(folder.path().join("g.sabaki").exists());
     // Those that a bake wrote count as such, too.
     let args = "annotate --clips CLIPS BAKED --keep-going --json";
-    let left_out = &sabaki(&folder, args).json(3)["left_out"];
-    assert!(
-        left_out[0]
-            .as_str()
-            .unwrap()
-            .contains("this is a baked graph")
-    );
+    let left_out = sabaki(&folder, args).json(3)["left_out"][0].to_string();
+    assert!(left_out.contains("this is a baked graph"), "{left_out}");
 }
 
 #[test]
 fn doubtful_files_are_noted() {
     let folder = folder();
-    fs::write(folder.path().join("a.bvh"), DOUBTFUL).unwrap();
+    write(&folder, "a.bvh", DOUBTFUL);
     let document = sabaki(&folder, "inspect a.bvh --json").json(0);
-    let notes: Vec<&str> = document["notes"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|note| note.as_str().unwrap())
-        .collect();
+    let notes = document["notes"].as_array().unwrap().iter();
+    let notes: Vec<&str> = notes.map(|note| note.as_str().unwrap()).collect();
     for words in [
         ["1 frames", "has 3"],
         ["several joints", "\"arm\""],
@@ -239,11 +230,8 @@ fn doubtful_files_are_noted() {
         ],
     ] {
         let has_all = |note: &&&str| words.iter().all(|word| note.contains(word));
-        assert_eq!(
-            notes.iter().filter(has_all).count(),
-            1,
-            "{words:?} in {notes:?}"
-        );
+        let count = notes.iter().filter(has_all).count();
+        assert_eq!(count, 1, "{words:?} in {notes:?}");
     }
     // Z X Z are Euler angles.
     let second = notes.iter().any(|note| note.contains("arm_2\" turns"));

@@ -6,8 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use glam::{EulerRot, Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Clip, ClipDesc, JointKind, Pose, forward_kinematics};
 use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::clips::changed;
 use sabaki_fixtures::files::{below_root, glb, glb_parts};
 use sabaki_import::{LoadedClip, ReadOptions, gltf, read_bvh, read_clip};
 use serde_json::{Value, json};
@@ -22,11 +23,7 @@ fn below_scale(clip: &LoadedClip, scale: Vec3) -> Vec<u8> {
         true => Quat::from_xyzw(turn.x, -turn.y, -turn.z, turn.w),
         false => turn,
     };
-    let joints = clip.skeleton.joints().iter().map(|joint| Joint {
-        offset: place(joint.offset),
-        ..joint.clone()
-    });
-    let skeleton = Skeleton::new(joints.collect()).unwrap();
+    let skeleton = changed(&clip.skeleton, |joint| joint.offset = place(joint.offset));
     let desc = clip.clip.desc();
     let desc = ClipDesc {
         roots: desc.roots.iter().copied().map(place).collect(),

@@ -92,6 +92,11 @@ pub fn text_of(path: &Path) -> String {
     fs::read_to_string(path).unwrap()
 }
 
+/// Writes a file to a folder.
+pub fn write(folder: impl AsRef<Path>, name: &str, contents: impl AsRef<[u8]>) {
+    fs::write(folder.as_ref().join(name), contents).unwrap();
+}
+
 /// A PNG file, by its first picture.
 pub struct Png {
     pub size: [u32; 2],
@@ -146,13 +151,10 @@ fn made() -> &'static Made {
         fs::create_dir_all(&clips_folder).unwrap();
         let motions = demo::motions().unwrap();
         let evades = |clip: usize| motions.events.iter().any(|event| event.clip == clip);
-        let with = (0..motions.clips.len())
-            .filter(|&clip| evades(clip))
-            .step_by(6);
-        let without = (0..motions.clips.len())
-            .filter(|&clip| !evades(clip))
-            .take(4);
-        let chosen: Vec<usize> = with.chain(without).collect();
+        let all = 0..motions.clips.len();
+        let (with, without): (Vec<usize>, Vec<usize>) = all.partition(|&clip| evades(clip));
+        let with = with.into_iter().step_by(6);
+        let chosen: Vec<usize> = with.chain(without.into_iter().take(4)).collect();
         let named = |&clip: &usize| {
             let mut desc = motions.clips[clip].desc();
             desc.name = format!("{}.bvh", desc.name.replace(' ', "_"));
@@ -180,11 +182,8 @@ fn made() -> &'static Made {
             events: text(&events),
             baked: text(&folder.join("made.sabaki")),
         };
-        let bake = command(
-            &folder,
-            "bake --clips clips --events events.json --out made.sabaki",
-        );
-        ended(bake).is(0);
+        let args = "bake --clips clips --events events.json --out made.sabaki";
+        ended(command(&folder, args)).is(0);
         made
     })
 }

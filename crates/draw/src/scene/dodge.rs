@@ -286,14 +286,11 @@ impl Dodge<'_> {
     /// Everything that should be visible.
     fn seen(&self, balls: &[Sphere]) -> Vec<Sphere> {
         let [start, end] = self.span();
+        let around = |joint: &JointTransform| Sphere::new(joint.translation, 0.1);
         let (mut seen, mut joints) = (balls.to_vec(), Vec::new());
         for step in 0..=24 {
             self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
-            seen.extend(
-                joints
-                    .iter()
-                    .map(|joint| Sphere::new(joint.translation, 0.1)),
-            );
+            seen.extend(joints.iter().map(around));
         }
         seen
     }

@@ -182,16 +182,13 @@ impl<'a> DuelPlayback<'a> {
         let across = if side < 0.0 { -across } else { across };
         // Slightly behind the attacker, because the defender's answer is of interest.
         let out = (across - 0.22 * along).normalize_or(Vec3::Z);
+        let around = |joint: &JointTransform| Sphere::new(joint.translation, 0.1);
         let mut seen = Vec::new();
         for step in 0..=24 {
             let t = span[0] + (span[1] - span[0]) * step as f32 / 24.0;
             for fighter in 0..2 {
                 self.joints(fighter, t, &mut joints);
-                seen.extend(
-                    joints
-                        .iter()
-                        .map(|joint| Sphere::new(joint.translation, 0.1)),
-                );
+                seen.extend(joints.iter().map(around));
             }
         }
         let middle = 0.5 * (a.translation + b.translation);

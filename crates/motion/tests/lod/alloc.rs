@@ -4,10 +4,10 @@ use sabaki_fixtures::memory as counting;
 
 use counting::allocations;
 use glam::Affine3A;
-use sabaki_fixtures::lod::random_case;
+use sabaki_fixtures::lod::{random_case, screen_error};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::lod::{
-    Budget, Cost, LevelId, LevelSettings, Levels, Measure, Planner, Rule, SwitchSettings, Switching,
+    Budget, Cost, LevelId, LevelSettings, Levels, Measure, Planner, SwitchSettings, Switching,
 };
 
 #[test]
@@ -18,24 +18,16 @@ fn a_frame_of_levels_allocates_nothing() {
     let distances: Vec<f32> = (0..500).map(|index| index as f32 * 0.3).collect();
     let identity = vec![Affine3A::IDENTITY; skeleton.len()];
     let mut matrices = identity.clone();
-    let blends: Vec<_> = (0..levels.levels.len())
-        .map(|level| levels.blend(LevelId(level as u16)))
-        .collect();
-    let binds: Vec<_> = levels
-        .levels
-        .iter()
-        .map(|level| level.binds(&identity).unwrap())
-        .collect();
+    let blends = 0..levels.levels.len() as u16;
+    let blends: Vec<_> = blends.map(|level| levels.blend(LevelId(level))).collect();
+    let binds = levels.levels.iter();
+    let binds: Vec<_> = binds.map(|level| level.binds(&identity).unwrap()).collect();
     let (mut switching, mut planner) = (Switching::default(), Planner::default());
     let (mut palette, mut before) = (Vec::new(), vec![None; distances.len()]);
     let mut frame = |pixels: f32| {
         let start = allocations();
-        let rule = Rule::ScreenError {
-            pixels,
-            measure: Measure::Greatest,
-        };
         let settings = SwitchSettings {
-            rule,
+            rule: screen_error(pixels),
             ..SwitchSettings::default()
         };
         switching.update(&levels, &settings).unwrap();
@@ -54,19 +46,12 @@ fn a_frame_of_levels_allocates_nothing() {
             let choice = planner.switching().choose(*distance, *before);
             *before = Some(choice.level);
             matrices.clear();
-            matrices.extend(
-                identity
-                    .iter()
-                    .take(levels.levels[choice.level.index()].kept.len()),
-            );
-            if let Some(blend) = &blends[choice.level.index()] {
+            let (index, level) = (choice.level.index(), &levels.levels[choice.level.index()]);
+            matrices.extend(identity.iter().take(level.kept.len()));
+            if let Some(blend) = &blends[index] {
                 blend.apply(choice.blend, &mut matrices);
             }
-            levels.levels[choice.level.index()].palette(
-                &matrices,
-                &binds[choice.level.index()],
-                &mut palette,
-            );
+            level.palette(&matrices, &binds[index], &mut palette);
         }
         allocations() - start
     };

@@ -69,17 +69,13 @@ fn a_budget_is_kept_with_the_least_error() {
                     ..budget.switching
                 };
                 let switching = Switching::new(&levels, &settings).unwrap();
-                let choices = distances
-                    .iter()
-                    .map(|&distance| switching.choose(distance, Some(LevelId(0))));
-                let cost = cost_of(&levels, choices);
+                let choose = |&distance: &f32| switching.choose(distance, Some(LevelId(0)));
+                let cost = cost_of(&levels, distances.iter().map(choose));
                 cost <= 0.995 * budget.milliseconds
             };
             if let Some(least) = tries.find(fits) {
-                assert!(
-                    plan.is_met && plan.pixels <= 1.06 * least,
-                    "{plan:?} {least}"
-                );
+                let is_least = plan.pixels <= 1.06 * least;
+                assert!(plan.is_met && is_least, "{plan:?} {least}");
                 met += 1;
             }
         }
@@ -97,13 +93,8 @@ fn a_crowd_of_none_and_a_lone_joint_have_plans() {
     let switching = Switching::new(&lone, &SwitchSettings::default()).unwrap();
     assert_eq!(switching.furthest(), 0.0);
     for distance in [-1.0, 0.0, 1e9, f32::NAN] {
-        assert_eq!(
-            switching.choose(distance, Some(LevelId(7))),
-            Choice {
-                level: LevelId(0),
-                blend: 0.0
-            }
-        );
+        let choice = switching.choose(distance, Some(LevelId(7)));
+        assert_eq!((choice.level, choice.blend), (LevelId(0), 0.0));
     }
     let odd = [f32::NAN, -3.0, f32::INFINITY, 0.0];
     let plan = Planner::default().plan(&lone, &odd, &budget(1.0)).unwrap();

@@ -1,7 +1,7 @@
 //! Promise: levels change with distance as the settings say, and their bands follow each other.
 
 use sabaki_fixtures::lod::{random_levels, rules, screen_error, setting_of};
-use sabaki_motion::lod::{Choice, LevelId, Measure, Rule, SwitchSettings, Switching, View};
+use sabaki_motion::lod::{LevelId, Measure, Rule, SwitchSettings, Switching, View};
 
 #[test]
 fn the_papers_distances_are_linear_in_energy() {
@@ -19,11 +19,7 @@ fn the_papers_distances_are_linear_in_energy() {
         let mut energy = 0.0f32;
         for (index, level) in levels.levels.iter().enumerate().skip(1) {
             energy = energy.max(level.energy);
-            let share = if greatest > 0.0 {
-                energy / greatest
-            } else {
-                0.0
-            };
+            let share = energy / greatest.max(f32::MIN_POSITIVE);
             let band = switching.bands()[index - 1];
             assert_eq!(band.end, 50.0 * share);
             assert_eq!((band.start, band.full), (band.end, band.end));
@@ -35,13 +31,7 @@ fn the_papers_distances_are_linear_in_energy() {
         }
         for distance in [50.0, 51.0, 1e9, f32::INFINITY] {
             let choice = switching.choose(distance, Some(LevelId(0)));
-            assert_eq!(
-                choice,
-                Choice {
-                    level: LevelId(last as u16),
-                    blend: 0.0
-                }
-            );
+            assert_eq!((choice.level.index(), choice.blend), (last, 0.0));
         }
         if greatest > 0.0 {
             assert_eq!(switching.choose(-1.0, None).level, LevelId(0));
@@ -54,12 +44,10 @@ fn the_papers_distances_are_linear_in_energy() {
 fn the_mean_error_asks_for_no_more_than_the_greatest() {
     for seed in 0..20 {
         let (_, _, levels) = random_levels(seed);
+        let pixels = 2.0;
         let [mean, greatest] = [Measure::Mean, Measure::Greatest].map(|measure| {
             let settings = SwitchSettings {
-                rule: Rule::ScreenError {
-                    pixels: 2.0,
-                    measure,
-                },
+                rule: Rule::ScreenError { pixels, measure },
                 blend_step: None,
                 ..SwitchSettings::default()
             };
@@ -102,9 +90,8 @@ fn bands_follow_each_other_and_leave_room() {
                 before = band.end;
                 if level.error.step > 1e-6 {
                     let width = band.full - band.start;
-                    let near = settings
-                        .view
-                        .pixels(level.error.step, band.start - levels.reach);
+                    let (view, distance) = (settings.view, band.start - levels.reach);
+                    let near = view.pixels(level.error.step, distance);
                     // A camera that passes the whole band in one frame moves the point once.
                     let step = near * ((5.0 / 60.0) / width).min(1.0);
                     assert!(step <= 0.5 * 1.002, "{step} pixels in {band:?}");
@@ -127,15 +114,8 @@ fn the_blend_is_continuous_and_hysteresis_keeps_the_level() {
                 let between = 0.5 * (band.full + band.end);
                 let finer = switching.choose(between, Some(LevelId(index as u16)));
                 let coarser = switching.choose(between, Some(LevelId(index as u16 + 1)));
-                assert_eq!(
-                    finer,
-                    Choice {
-                        level: LevelId(index as u16),
-                        blend: 1.0
-                    }
-                );
-                assert_eq!(coarser.level.index(), index + 1);
-                assert_eq!(coarser.blend, 0.0);
+                assert_eq!((finer.level.index(), finer.blend), (index, 1.0));
+                assert_eq!((coarser.level.index(), coarser.blend), (index + 1, 0.0));
             }
             // Whatever the level was, the same is seen.
             for step in 0..5000 {
