@@ -25,7 +25,7 @@ use crate::math::parallel::lock;
 
 const GAME: [u8; 8] = *b"sabgame\n";
 const CHARACTER: [u8; 8] = *b"sabchar\n";
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 

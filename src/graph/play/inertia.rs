@@ -6,8 +6,8 @@
 //! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
 //! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
 //! and no toe is lower than in the lower one of both motions. A foot that stands can be held where it is until it is lifted. The root may
-//! take longer than the rest, so that it accelerates the body less. No knee is bent the wrong way further than in one of both motions:
-//! offsets of fast legs would do that.
+//! take longer than the rest, so that it accelerates the body less; meanwhile the knees bend a little, as feet that stand would be out of reach
+//! of straight legs. No knee is bent the wrong way further than in one of both motions: offsets of fast legs would do that.
 
 use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, Pose, Skeleton};
 use crate::graph::motion_graph::{EdgeId, MotionGraph};
@@ -51,6 +51,8 @@ pub(crate) struct Inertia {
     /// Duration of the decay of the root's position, which may be longer than that of the joints and feet.
     root_seconds: f32,
     root: Decay,
+    /// Distance by which the root is lowered in the middle of its decay, in metres.
+    dip: f32,
     /// Offset of each joint's rotation.
     joints: Vec<Decay>,
     /// Offset of each joint's translation, if one of the motions has translations.
@@ -69,7 +71,7 @@ impl Clone for Inertia {
     /// Copies into existing memory.
     fn clone_from(&mut self, other: &Self) {
         (self.start, self.seconds) = (other.start, other.seconds);
-        (self.root_seconds, self.root) = (other.root_seconds, other.root);
+        (self.root_seconds, self.root, self.dip) = (other.root_seconds, other.root, other.dip);
         self.joints.clone_from(&other.joints);
         self.places.clone_from(&other.places);
         self.feet.clone_from(&other.feet);
@@ -172,12 +174,26 @@ impl Inertia {
         self.root_seconds = seconds.max(self.seconds);
     }
 
+    /// Lowers the root while its offset decays, the more the longer the offset, so that legs reach feet that stand.
+    pub(crate) fn bend_knees(&mut self) {
+        /// Share of the offset over the ground, and the most, in metres.
+        const SHARE: f32 = 0.15;
+        const MOST: f32 = 0.06;
+        /// Largest acceleration, in metres per second squared, and that of a dip of 1 within 1.
+        const PUSH: f32 = 4.0;
+        const PEAK: f32 = 24.0;
+        let way = self.root.value.with_y(0.0).length();
+        let gentle = PUSH / PEAK * self.root_seconds * self.root_seconds;
+        self.dip = (SHARE * way).min(MOST).min(gentle);
+    }
+
     /// Computes the offsets from `poses.to` to `poses.from` at the cut.
     pub(crate) fn measure(&mut self, graph: &MotionGraph, poses: &mut EntryScratch) {
         let skeleton = graph.skeleton();
         let EntryScratch { from, to, step } = poses;
         let step = *step;
         self.root = Decay::new(from[0].root - to[0].root, from[1].root - to[1].root, step);
+        self.dip = 0.0;
         self.joints.clear();
         let rotations =
             |poses: &[Pose; 2], joint: usize| [0, 1].map(|at| poses[at].rotations[joint]);
@@ -230,6 +246,7 @@ impl Inertia {
             && self.root_seconds >= self.seconds
             && self.root_seconds.is_finite()
             && self.root.is_finite()
+            && self.dip.is_finite()
             && self.joints.len() == joints
             && (self.places.is_empty() || self.places.len() == joints)
             && self.feet.len() == legs
@@ -253,9 +270,13 @@ impl Inertia {
         self.start + held.fold(self.root_seconds, f32::max)
     }
 
-    /// Holds feet where they are. `standing` has for each leg whose foot stands the time since the cut when it is lifted, in seconds. Feet whose
-    /// offset is longer than `most` are not held, in metres.
-    pub(crate) fn hold_feet(&mut self, standing: &[Option<f32>], most: f32) {
+    /// Holds feet where they are, unless they are too far from where they belong. `standing` has for each leg whose foot stands the time since the
+    /// cut when it is lifted, in seconds. A foot that alone carries the body takes no step.
+    pub(crate) fn hold_feet(&mut self, standing: &[Option<f32>]) {
+        let most = match standing.iter().flatten().count() {
+            1 => HeldFoot::MOST,
+            _ => HeldFoot::NEAR,
+        };
         for (foot, until) in self.feet.iter_mut().zip(standing) {
             if let Some(until) = *until {
                 foot.hold(until, most);
@@ -296,10 +317,18 @@ impl Inertia {
         self.start + ends.fold(0.0, f32::max)
     }
 
-    /// Moves the foot of a leg that stands at `seconds` of the motion, until it is lifted, in seconds from then on.
-    pub(crate) fn shift_foot(&mut self, leg: usize, seconds: f32, by: Vec3, lifted: f32) {
+    /// Keeps the foot of a leg that stands at `seconds` of the motion where it was before the motion was turned by `by`, until it is lifted, in
+    /// seconds from then on. `toe` is where the new motion had its toe before.
+    pub(crate) fn keep_foot(
+        &mut self,
+        leg: usize,
+        seconds: f32,
+        by: Rigid2,
+        toe: Vec3,
+        lifted: f32,
+    ) {
         if let Some(foot) = self.feet.get_mut(leg) {
-            foot.shift(seconds - self.start, by, lifted, self.seconds);
+            foot.keep(seconds - self.start, by, toe, lifted, self.seconds);
         }
     }
 
@@ -307,7 +336,7 @@ impl Inertia {
     pub(crate) fn restart_still(&mut self, graph: &MotionGraph, seconds: f32, pose: &Pose) {
         let skeleton = graph.skeleton();
         self.set_times(seconds, STEP);
-        self.root = Decay::default();
+        (self.root, self.dip) = (Decay::default(), 0.0);
         self.places.clear();
         self.joints.clear();
         self.joints.resize(skeleton.len(), Decay::default());
@@ -325,7 +354,8 @@ impl Inertia {
     /// Offset of the root from that of the new motion, in metres.
     pub(crate) fn root(&self, seconds: f32) -> Vec3 {
         let share = (seconds - self.start) / self.root_seconds;
-        self.root.at(Weights::new(share, self.root_seconds))
+        let weights = Weights::new(share, self.root_seconds);
+        self.root.at(weights) - Vec3::Y * (self.dip * weights.lift * weights.lift.sqrt())
     }
 
     /// Adds the offsets at `seconds` to the pose of the new motion.
@@ -462,8 +492,9 @@ pub(crate) struct HeldFoot {
 impl HeldFoot {
     /// Time in which the offset of a lifted foot fades out, in seconds.
     const RELEASE: f32 = 0.25;
-    /// Longest offset, in metres.
-    pub(crate) const MOST: f32 = 0.15;
+    /// Longest offset of a foot, and of one that can take a step, in metres.
+    const MOST: f32 = 0.25;
+    const NEAR: f32 = 0.15;
     /// Fastest foot that stops where it is, in metres per second.
     const SLOW: f32 = 0.5;
 
@@ -664,17 +695,18 @@ impl FootDecay {
         };
     }
 
-    /// Moves a foot that stands `age` seconds after the cut, and holds it until it is lifted, in seconds from then on. One that is taking a step is
-    /// left alone. `seconds` is the duration of the decay.
-    fn shift(&mut self, age: f32, by: Vec3, lifted: f32, seconds: f32) {
+    /// Keeps a foot that stands `age` seconds after the cut where it was before all turned by `by`, until it is lifted, in seconds from then on. One
+    /// that is taking a step is left alone. `toe` is the toe of the new motion before, `seconds` the duration of the decay.
+    fn keep(&mut self, age: f32, by: Rigid2, toe: Vec3, lifted: f32, seconds: f32) {
         let now = Weights::new(age / seconds, seconds);
         let own = self.place.at(now).with_y(0.0);
-        let steps = own.length() > HeldFoot::MOST || self.lift(now) > 1e-4;
+        let steps = own.length() > HeldFoot::NEAR || self.lift(now) > 1e-4;
         if steps && !self.held.is_held() {
             return;
         }
         let before = self.offset(now).with_y(0.0);
-        let offset = before + by.with_y(0.0);
+        let stood = toe + by.inverse().vector(before);
+        let offset = (stood - by.point(toe)).with_y(0.0);
         let most = HeldFoot::MOST.max(before.length());
         self.held = HeldFoot {
             from: age,
@@ -776,6 +808,31 @@ mod tests {
         assert!(first.distance(decay.speed) < 0.05, "{first}");
         let last = (at(seconds) - at(seconds - h)) / h;
         assert!(last.length() < 0.01, "{last}");
+    }
+
+    #[test]
+    fn a_foot_that_is_held_stays_where_it_is_while_the_motion_turns() {
+        let leg = |x: f32| LegPose {
+            at_toe: JointTransform {
+                translation: Vec3::new(x, 0.02, 0.2),
+                ..JointTransform::IDENTITY
+            },
+            ..LegPose::ORIGIN
+        };
+        let (blend, by) = (0.3, Rigid2::new(0.01, 0.0, 0.0));
+        let (stood, mut entered) = (leg(0.2), leg(0.1));
+        let mut foot = FootDecay::new([stood; 2], [entered; 2], 0.01);
+        foot.hold(1.0, HeldFoot::MOST);
+        for frame in 0..30 {
+            let age = frame as f32 / 60.0;
+            let toe = entered.at_toe.translation;
+            foot.turn(by);
+            foot.keep(age, by, toe, 1.0, blend);
+            entered.at_toe.translation = by.point(toe);
+            let posed = foot.moved(entered, Weights::new(age / blend, blend));
+            let off = posed.at_toe.translation - stood.at_toe.translation;
+            assert!(off.length() < 1e-4, "{frame}: {off}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::anim::{EventKind, Pose, Warp};
 use crate::graph::motion_graph::{EdgeId, EdgeMotion, MotionGraph};
-use crate::graph::play::inertia::{Entry, EntryScratch, HeldFoot, Inertia};
+use crate::graph::play::inertia::{Entry, EntryScratch, Inertia};
 use crate::graph::play::motion::{Motion, Piece};
 use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
@@ -203,7 +203,7 @@ impl Motion {
         let mut holding = lasting;
         for (leg, toe, lifted) in standing {
             let index = *holding.get_or_insert_with(|| self.push_still(graph, seconds));
-            self.inertias[index].shift_foot(leg, seconds, toe - by.point(toe), lifted);
+            self.inertias[index].keep_foot(leg, seconds, by, toe, lifted);
         }
     }
 
@@ -397,7 +397,8 @@ impl Motion {
         played.motion.sample_both(graph, later, &mut scratch.from);
         self.blend_from_scratch(graph, scratch, blends[0]);
         self.inertias[0].slow_root(blends[1]);
-        self.inertias[0].hold_feet(standing, HeldFoot::MOST);
+        self.inertias[0].bend_knees();
+        self.inertias[0].hold_feet(standing);
     }
 
     /// Moves all that follows by a distance over the ground, within `seconds` from the start. `stances` has for each leg the times when its foot
@@ -420,6 +421,7 @@ impl Motion {
         self.blend_from_scratch(graph, scratch, STEP.min(seconds));
         self.inertias[0].slow_root(seconds);
         self.inertias[0].place_feet(stances);
+        self.inertias[0].bend_knees();
     }
 
     /// Starts in the second of two poses that are `seconds` apart, with their velocity. The offset from it fades out within `blend` seconds.
