@@ -395,10 +395,13 @@ impl Motion {
         scratch.step = step;
         let later = [played.seconds, played.seconds + step * played.rate];
         played.motion.sample_both(graph, later, &mut scratch.from);
-        self.blend_from_scratch(graph, scratch, blends[0]);
-        self.inertias[0].slow_root(blends[1]);
-        self.inertias[0].bend_knees();
-        self.inertias[0].hold_feet(standing);
+        self.blend_from_scratch(graph, scratch, blends[0], |inertia| {
+            inertia.slow_root(blends[1]);
+            if !standing.is_empty() {
+                inertia.bend_knees();
+            }
+            inertia.hold_feet(standing);
+        });
     }
 
     /// Moves all that follows by a distance over the ground, within `seconds` from the start. `stances` has for each leg the times when its foot
@@ -418,10 +421,11 @@ impl Motion {
         self.extend(graph, scratch.step);
         self.sample_both(graph, [0.0, scratch.step], &mut scratch.from);
         self.transform(Rigid2::new(0.0, by.x, by.z));
-        self.blend_from_scratch(graph, scratch, STEP.min(seconds));
-        self.inertias[0].slow_root(seconds);
-        self.inertias[0].place_feet(stances);
-        self.inertias[0].bend_knees();
+        self.blend_from_scratch(graph, scratch, STEP.min(seconds), |inertia| {
+            inertia.slow_root(seconds);
+            inertia.place_feet(stances);
+            inertia.bend_knees();
+        });
     }
 
     /// Starts in the second of two poses that are `seconds` apart, with their velocity. The offset from it fades out within `blend` seconds.
@@ -442,10 +446,16 @@ impl Motion {
             *rotation = (*rotation * before.conjugate() * *rotation).normalize();
         }
         scratch.step = seconds;
-        self.blend_from_scratch(graph, scratch, blend);
+        self.blend_from_scratch(graph, scratch, blend, |_| ());
     }
 
-    fn blend_from_scratch(&mut self, graph: &MotionGraph, mut scratch: EntryScratch, blend: f32) {
+    fn blend_from_scratch(
+        &mut self,
+        graph: &MotionGraph,
+        mut scratch: EntryScratch,
+        blend: f32,
+        shape: impl FnOnce(&mut Inertia),
+    ) {
         let step = scratch.step;
         self.extend(graph, step);
         let begun = self.inertias().partition_point(|one| one.start <= 0.0);
@@ -460,6 +470,7 @@ impl Motion {
         let inertia = &mut self.inertias[0];
         inertia.set_times(0.0, blend.max(step));
         inertia.measure(graph, &mut scratch);
+        shape(inertia);
         self.entered += 1;
         self.scratch = scratch;
         self.measure_later(graph);
