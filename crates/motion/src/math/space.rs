@@ -12,7 +12,7 @@ use crate::anim::JointTransform;
 /// // The head of a character that faces +Z, and a ball that comes from its left.
 /// assert_eq!(Space::UNREAL.point(Vec3::new(0.0, 1.6, 2.0)), Vec3::new(200.0, 0.0, 160.0));
 /// let ball = Space::UNREAL.inverse().point(Vec3::new(0.0, -300.0, 120.0));
-/// assert_eq!(ball, Vec3::new(3.0, 1.2, 0.0));
+/// assert!(ball.abs_diff_eq(Vec3::new(3.0, 1.2, 0.0), 1e-5));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
