@@ -409,14 +409,12 @@ impl Culler {
             **ticket = recorded;
         }
         match recorded {
-            Err(error) if error.is_device_lost() => Err(error.into()),
+            Err(error) if error.is_device_lost() => return Err(error.into()),
             // Nothing was recorded. The CPU computes the same counts.
-            Err(error) => {
-                tracing::debug!("the CPU counts: {error}");
-                Ok(())
-            }
-            Ok(()) => Ok(()),
+            Err(error) => tracing::debug!("the CPU counts: {error}"),
+            Ok(()) => {}
         }
+        Ok(())
     }
 
     /// Answers a query if its counts are available. With `now`, the CPU counts at once.

@@ -8,7 +8,7 @@ use super::culler::{JointOut, SphereOut};
 use super::game_inputs::{EventOut, GoalIn, ObstacleIn, ThreatIn};
 use super::graph::Graph;
 use super::sized::{Grows, read, read_array, write, write_array};
-use super::status::{OK, call};
+use super::status::{OK, Status, call};
 use super::{given, given_slice_mut};
 use crate::anim::{JointTransform, Pose};
 use crate::character::{
@@ -192,10 +192,9 @@ exported! {
         z: f32,
         heading: f32,
         character: Option<&mut u64>,
-    ) {
-        let (game, out) = (given(game, "game")?, given(character, "character")?);
-        let id = game.characters.spawn(game.rigid(x, z, heading))?;
-        *out = id.to_bits();
+    ) -> Status {
+        // SAFETY: nothing but references is asked of the caller.
+        unsafe { sabaki_spawn_kind(game, 0, x, z, heading, character) }
     }
 
     unsafe extern "C" fn sabaki_spawn_kind(
@@ -283,10 +282,11 @@ exported! {
         let game = given(game, "game")?;
         // SAFETY: the caller gives that many obstacles.
         let obstacles = unsafe { read_array(obstacles, obstacle_count) }?;
+        let space = game.space.inverse();
         game.obstacles.clear();
         for (index, obstacle) in obstacles.enumerate() {
             // SAFETY: the caller's obstacle has its corners.
-            let read = unsafe { obstacle.obstacle(game.space.inverse()) };
+            let read = unsafe { obstacle.obstacle(space) };
             let read = read.map_err(|error| format!("obstacle {index}: {error}"))?;
             game.obstacles.push(read);
         }

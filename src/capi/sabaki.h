@@ -411,7 +411,7 @@ typedef struct sabaki_event {
     float point[3];
     float normal[3];
     sabaki_character by; /* UINT64_MAX for none */
-    float speed;         /* m/s */
+    float speed;         /* in the space of the graph, as velocities */
     uint32_t is_whole;
     uint32_t edge;       /* of the graph, that plays the attack of a strike; UINT32_MAX for none */
 } sabaki_event;

@@ -19,7 +19,6 @@ use crate::maps::BakedGraph;
 use crate::math::parallel::{WorkerPool, lock};
 use crate::math::{Rigid2, thread_count};
 use crate::query::Obstacle;
-use crate::query::clearance::AdditiveLayer;
 
 /// Longest time of one step, in seconds.
 const LONGEST_STEP: f32 = 1.0;
@@ -281,10 +280,8 @@ impl Characters {
             within("the number of the joint", f32::from(joint.0), 0.0..=last)?;
             check_rotation(*rotation)?;
         }
-        let additive = AdditiveLayer::new(joints, kind.baked.reach());
-        let turned = additive.angle_to(&state.additive);
+        let turned = state.additive.set(joints, kind.baked.reach());
         state.has_moved(turned, now, kind.settings.margin);
-        state.additive = additive;
         Ok(())
     }
 
@@ -303,7 +300,8 @@ impl Characters {
     }
 
     /// Takes the body back. `poses` are its last two poses in the world, `seconds` apart. The character continues from the second pose and its
-    /// speed, at the nearest moment of the clips, and keeps its goal; what was added to its joints is in the poses, and is forgotten. A character that was not released continues from there, too.
+    /// speed, at the nearest moment of the clips, and keeps its goal; what was added to its joints is in the poses, and is forgotten. A character
+    /// that was not released continues from there, too.
     ///
     /// # Errors
     /// An unknown character; poses of another skeleton, with numbers that are not finite, rotations that are not of unit length, or a place
@@ -405,7 +403,7 @@ impl Characters {
         if self.kinds.iter().any(avoids) || self.strikes() {
             find_bodies(&self.kinds, &self.slots, &mut self.bodies);
         }
-        let settings = self.kinds[0].settings;
+        let settings = &self.kinds[0].settings;
         let searches = settings.searches_per_step;
         share_searches(&self.kinds, &mut self.slots, dt, searches, &mut self.due);
         let mut reach = 0.0f32;

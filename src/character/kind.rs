@@ -21,6 +21,12 @@ impl KindId {
     pub(super) fn of(self, kinds: &[Kind]) -> &Kind {
         &kinds[usize::from(self.0)]
     }
+
+    /// The kind, if it exists.
+    pub(super) fn find_mut(self, kinds: &mut [Kind]) -> Result<&mut Kind, CharacterError> {
+        let kind = kinds.get_mut(usize::from(self.0));
+        kind.ok_or(CharacterError::NoSuchKind(self))
+    }
 }
 
 /// A kind of character, with what is computed once.

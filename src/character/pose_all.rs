@@ -30,10 +30,7 @@ impl Characters {
         levels: &Levels,
         settings: CrowdPoseSettings,
     ) -> Result<(), CharacterError> {
-        let kind = self
-            .kinds
-            .get_mut(usize::from(kind.0))
-            .ok_or(CharacterError::NoSuchKind(kind))?;
+        let kind = kind.find_mut(&mut self.kinds)?;
         kind.crowd = Some(CrowdPoses::new(kind.baked.graph(), levels, settings)?);
         Ok(())
     }
@@ -53,7 +50,7 @@ impl Characters {
     }
 
     fn crowd(&self, kind: KindId) -> Option<&CrowdPoses> {
-        self.kinds.get(usize::from(kind.0))?.crowd.as_ref()
+        self.known_kind(kind).ok()?.crowd.as_ref()
     }
 
     /// Writes the poses of all characters of a kind, as they are after the last step, to `out`, in the crowd's output format. Levels are chosen
@@ -69,8 +66,7 @@ impl Characters {
         out: &mut [F32x16],
     ) -> Result<(), CharacterError> {
         let _span = tracing::trace_span!("characters: pose all").entered();
-        self.known_kind(kind)?;
-        let Kind { baked, crowd, .. } = &mut self.kinds[usize::from(kind.0)];
+        let Kind { baked, crowd, .. } = kind.find_mut(&mut self.kinds)?;
         let poses = crowd.as_mut().ok_or(CharacterError::NoCrowd)?;
         let graph = baked.graph();
         poses.grow(self.slots.len())?;
@@ -78,13 +74,15 @@ impl Characters {
         poses.crowd.set_time(self.now);
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            let is_of_kind = slot.kind == kind;
-            let state = slot.state.as_deref().filter(|_| is_of_kind);
+            if slot.kind != kind {
+                poses.choose(index, None)?;
+                continue;
+            }
+            let state = slot.state.as_deref();
             let played = state.map(|state| (&state.playing.motion, state.playing.seconds));
             let age = played.and_then(|(motion, seconds)| motion.blend_age(seconds));
             let blend = age.map(|age| slot.known_blend(age, self.now));
-            let state = slot.state.as_deref().filter(|_| is_of_kind);
-            let seen = state.map(|state| {
+            let seen = slot.state.as_deref().map(|state| {
                 let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
                 let blended = |blend: Blend| {
                     let reach = motion.blend_reach(graph, seconds, &mut poses.reaches);

@@ -120,10 +120,9 @@ impl Characters {
             return Err(CharacterError::Saved(UNSOUND));
         }
         // The limb of a strike is announced by the game that plays it.
-        let threat = |state: &CharacterState| state.strike.and_then(|strike| strike.threat);
         if let Some(strike) = &mut loaded.strike {
-            strike.threat =
-                threat(state).filter(|_| state.strike.map(|it| it.from) == Some(strike.from));
+            let same = state.strike.filter(|own| own.from == strike.from);
+            strike.threat = same.and_then(|own| own.threat);
         }
         loaded.events = std::mem::take(&mut state.events);
         *state = loaded;

@@ -309,10 +309,12 @@ impl BakedGraph {
         for edge in edges.filter(|edge| edge.motion == EdgeMotion::Clip) {
             let frames = f64::from(edge.frames);
             all += frames;
-            // An edge has the frames 1 to `frames` before its end. Count those from which the
-            // evasion starts within the limit.
-            let wait = f64::from(waits[edge.to.index()]);
-            soon += (limit - wait).floor().clamp(0.0, frames);
+            let wait = waits[edge.to.index()];
+            if wait != u32::MAX {
+                // An edge has the frames 1 to `frames` before its end. Count those from which the
+                // evasion starts within the limit.
+                soon += (limit - f64::from(wait)).floor().clamp(0.0, frames);
+            }
         }
         if all > 0.0 { soon / all } else { 0.0 }
     }

@@ -13,16 +13,26 @@ pub(crate) struct AdditiveLayer {
 }
 
 impl AdditiveLayer {
-    /// A layer for a body of which a point is at most `reach` metres from the root.
-    pub(crate) fn new(joints: &[(JointId, Quat)], reach: f32) -> Self {
+    /// Replaces the rotations, for a body of which a point is at most `reach` metres from the root. Returns by how much one of them has changed at
+    /// most, in radians.
+    pub(crate) fn set(&mut self, joints: &[(JointId, Quat)], reach: f32) -> f32 {
+        let turned = |all: &[(JointId, Quat)], joint: JointId| {
+            let found = all.iter().find(|(id, _)| *id == joint);
+            found.map_or(Quat::IDENTITY, |found| found.1)
+        };
+        let angles =
+            self.joints.iter().chain(joints).map(|&(joint, _)| {
+                turned(&self.joints, joint).angle_between(turned(joints, joint))
+            });
+        let most = angles.fold(0.0, f32::max);
         // The way of a point that is turned about a joint, as a share of its distance from it, which is at most twice the reach.
         let ways = joints
             .iter()
             .map(|(_, rotation)| 2.0 * rotation.xyz().length());
-        Self {
-            joints: joints.to_vec(),
-            moves: 2.0 * reach * ways.sum::<f32>().min(2.0),
-        }
+        self.moves = 2.0 * reach * ways.sum::<f32>().min(2.0);
+        self.joints.clear();
+        self.joints.extend_from_slice(joints);
+        most
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -39,18 +49,6 @@ impl AdditiveLayer {
         let mut all = self.joints.iter();
         all.all(|(joint, rotation)| joint.index() < joints && rotation.is_normalized())
             && (0.0..=1e3).contains(&self.moves)
-    }
-
-    /// The largest change of a rotation to those of another layer, in radians.
-    pub(crate) fn angle_to(&self, other: &Self) -> f32 {
-        let turned = |from: &Self, joint: JointId| {
-            let found = from.joints.iter().find(|(id, _)| *id == joint);
-            found.map_or(Quat::IDENTITY, |found| found.1)
-        };
-        let joints = self.joints.iter().chain(&other.joints);
-        let angles =
-            joints.map(|&(joint, _)| turned(self, joint).angle_between(turned(other, joint)));
-        angles.fold(0.0, f32::max)
     }
 
     /// Adds the rotations to a pose.
