@@ -12,12 +12,12 @@
 //! length is estimated as for BVH files, because the units in the files are not reliable. Frames whose numbers are skipped are filled
 //! linearly; a bone that a frame leaves out keeps its values.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use glam::{DQuat, DVec3, Quat};
 use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
 
-use crate::bvh::LARGEST_VALUE;
+use crate::bvh::{Channel, LARGEST_VALUE};
 use crate::figure::motion_of_poses;
 use crate::file::{quoted, without_mark};
 use crate::motion_file::AMC_RATES;
@@ -99,15 +99,6 @@ impl<'a> Line<'a> {
     }
 }
 
-/// One value of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Freedom {
-    /// A rotation about an axis, 0 to 2.
-    Turn(usize),
-    /// A translation along an axis.
-    Shift(usize),
-}
-
 /// A bone and the joint at its start.
 #[derive(Clone, Debug, PartialEq)]
 struct Bone {
@@ -118,7 +109,8 @@ struct Bone {
     along: DVec3,
     /// Rotation of the bone's axes.
     axes: DQuat,
-    freedoms: Vec<Freedom>,
+    /// What the values of a frame are.
+    freedoms: Vec<Channel>,
 }
 
 /// An ASF file: a skeleton, and the axes about which motions rotate its bones.
@@ -198,7 +190,7 @@ struct Part {
     /// Rotations of the axes, and their order, the first one applied first.
     angles: DVec3,
     axis: Option<[usize; 3]>,
-    freedoms: Vec<Freedom>,
+    freedoms: Vec<Channel>,
     position: DVec3,
 }
 
@@ -299,12 +291,14 @@ impl<'a> AsfReader<'a> {
                 return Err(line.twice(child));
             }
         }
-        let order = breadth_first(&parents);
-        let mut places = vec![None; parents.len()];
-        for (place, &index) in order.iter().enumerate() {
-            places[index] = Some(place);
+        // Breadth first from the root.
+        let (mut order, mut next) = (vec![0], 0);
+        while let Some(&above) = order.get(next) {
+            order.extend((0..parts.len()).filter(|&index| parents[index] == Some(above)));
+            next += 1;
         }
-        if let Some(loose) = places.iter().position(Option::is_none) {
+        let place = |index: usize| order.iter().position(|&own| own == index);
+        if let Some(loose) = (0..parts.len()).find(|&index| place(index).is_none()) {
             let name = &parts[loose].name;
             return Err(end.error(format!("bone \"{name}\" does not hang on the root")));
         }
@@ -314,18 +308,16 @@ impl<'a> AsfReader<'a> {
             let turns = axes.map(|axis| turn(axis, part.angles[axis], self.degrees));
             Bone {
                 name: part.name.clone(),
-                parent: parents[index].and_then(|parent: usize| places[parent]),
+                parent: parents[index].and_then(place),
                 along: part.direction.normalize_or_zero() * part.length,
                 axes: turns.fold(DQuat::IDENTITY, |so_far, turn| turn * so_far),
                 freedoms: part.freedoms.clone(),
             }
         };
         let bones: Vec<Bone> = order.iter().map(bone).collect();
-        let above: HashSet<usize> = bones.iter().filter_map(|bone| bone.parent).collect();
+        let is_leaf = |&bone: &usize| bones.iter().all(|other| other.parent != Some(bone));
         let file = AsfFile {
-            leaves: (1..bones.len())
-                .filter(|bone| !above.contains(bone))
-                .collect(),
+            leaves: (1..bones.len()).filter(is_leaf).collect(),
             bones,
             degrees: self.degrees,
             position: parts[0].position,
@@ -335,24 +327,6 @@ impl<'a> AsfReader<'a> {
             Err(error) => Err(end.error(error.to_string())),
         }
     }
-}
-
-/// Orders the bones breadth first from the root. Bones that are not connected to the root are left
-/// out.
-fn breadth_first(parents: &[Option<usize>]) -> Vec<usize> {
-    let mut children = vec![Vec::new(); parents.len()];
-    for (child, parent) in parents.iter().enumerate() {
-        if let Some(parent) = parent {
-            children[*parent].push(child);
-        }
-    }
-    let mut order = vec![0];
-    let mut at = 0;
-    while at < order.len() {
-        order.append(&mut children[order[at]]);
-        at += 1;
-    }
-    order
 }
 
 /// Rotation about an axis, 0 to 2.
@@ -376,16 +350,12 @@ fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], TextError> {
 }
 
 /// Parses the words after `dof` or `order`.
-fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, TextError> {
+fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Channel>, TextError> {
     let mut found = Vec::new();
     for word in line.words().skip(1) {
-        let freedom = match word.to_ascii_lowercase().as_str() {
-            "rx" => Freedom::Turn(0),
-            "ry" => Freedom::Turn(1),
-            "rz" => Freedom::Turn(2),
-            "tx" => Freedom::Shift(0),
-            "ty" => Freedom::Shift(1),
-            "tz" => Freedom::Shift(2),
+        let freedom = match word.to_ascii_lowercase().as_bytes() {
+            [b'r', axis @ b'x'..=b'z'] => Channel::Rotation(usize::from(axis - b'x')),
+            [b't', axis @ b'x'..=b'z'] => Channel::Position(usize::from(axis - b'x')),
             _ => {
                 return Err(line.error(format!(
                     "bone \"{bone}\" has the degree of freedom \"{word}\"; only rx, ry, rz, tx, ty and tz are read"
@@ -472,24 +442,23 @@ impl AmcFile {
         self.values.len() / self.channels
     }
 
-    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`], in metres. It has translations
-    /// if a bone other than the root can translate.
+    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`], in metres, with the positions of all joints.
     ///
     /// # Panics
     /// There is no such frame.
     pub fn pose(&self, skeleton: &AsfFile, frame: usize, metres_per_unit: f64, out: &mut Pose) {
         out.rotations.clear();
         out.translations.clear();
-        let is_shift = |freedom: &Freedom| matches!(freedom, Freedom::Shift(_));
-        let mut below = skeleton.bones.iter().skip(1);
-        let has_translations = below.any(|bone| bone.freedoms.iter().any(is_shift));
         let mut values = self.values[frame * self.channels..][..self.channels].iter();
-        for (index, bone) in skeleton.bones.iter().enumerate() {
+        for bone in &skeleton.bones {
             let (mut rotation, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
             for (freedom, &value) in bone.freedoms.iter().zip(&mut values) {
                 match *freedom {
-                    Freedom::Turn(axis) => rotation = turn(axis, value, self.degrees) * rotation,
-                    Freedom::Shift(axis) => place[axis] = value,
+                    Channel::Rotation(axis) => {
+                        rotation = turn(axis, value, self.degrees) * rotation;
+                    }
+                    Channel::Position(axis) => place[axis] = value,
+                    Channel::Scale(_) => {}
                 }
             }
             let rotation = bone.axes * rotation * bone.axes.conjugate();
@@ -498,21 +467,14 @@ impl AmcFile {
                 Some(parent) => skeleton.bones[parent].along + bone.axes * place,
                 None => place + skeleton.position,
             };
-            let offset = (offset * metres_per_unit).as_vec3();
-            if index == 0 {
-                out.root = offset;
-            }
-            if has_translations {
-                out.translations.push(offset);
-            }
+            out.translations.push((offset * metres_per_unit).as_vec3());
         }
         for &leaf in &skeleton.leaves {
             out.rotations.push(Quat::IDENTITY);
-            if has_translations {
-                let offset = skeleton.bones[leaf].along * metres_per_unit;
-                out.translations.push(offset.as_vec3());
-            }
+            let offset = skeleton.bones[leaf].along * metres_per_unit;
+            out.translations.push(offset.as_vec3());
         }
+        out.root = out.translations[0];
     }
 
     /// Skeleton and motion, in metres. The frame rate of CMU's captures is [`Self::USUAL_RATE`].
@@ -651,7 +613,7 @@ impl AmcReader<'_> {
         for (channel, freedom) in freedoms.enumerate() {
             let from = self.file.values[before + channel];
             let mut change = self.file.values[last + channel] - from;
-            if matches!(freedom, Freedom::Turn(_)) {
+            if matches!(freedom, Channel::Rotation(_)) {
                 change -= whole * (change / whole).round();
             }
             for step in 1..=missing {

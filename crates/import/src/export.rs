@@ -8,9 +8,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::recording::Chosen;
-use super::{RecordedRequest, bvh, gltf};
-use crate::figure::desc_of_poses;
-use sabaki::anim::{Clip, ClipError, Event, Pose};
+use super::{BodyFile, RecordedRequest, bvh, gltf};
+use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph};
 use sabaki::maps::BakedGraph;
@@ -119,7 +118,7 @@ fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, C
         }
     };
     let frames = (seconds * SAMPLE_RATE).ceil() as usize + 1;
-    let desc = desc_of_poses("answer", f64::from(SAMPLE_RATE), frames, pose);
+    let desc = ClipDesc::of_poses("answer", f64::from(SAMPLE_RATE), frames, pose);
     Clip::new(skeleton, desc)
 }
 
@@ -132,11 +131,6 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
         request,
         answer,
     } = exported;
-    let skeleton = baked.graph().skeleton();
-    let body = baked.body().spheres.iter().map(|sphere| {
-        let joint = &skeleton.joint(sphere.joint).name;
-        json!({ "joint": joint, "offset": sphere.offset, "radius": sphere.radius })
-    });
     let described = answer.candidates.iter().map(|candidate| {
         let mut value = describe(baked, answer, candidate);
         if let Some(place) = evasion_placement(exported, candidate) {
@@ -152,13 +146,8 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
         "metres_per_unit": METRES_PER_UNIT,
         "frames_per_second": SAMPLE_RATE,
         "attack": { "spheres": request.attack.spheres() },
-        "body": { "spheres": body.collect::<Vec<_>>() },
-        "query": {
-            "graph": request.graph,
-            "playhead": request.playhead,
-            "settings": request.settings,
-            "judging": request.evaluation,
-        },
+        "body": BodyFile::of(baked.body(), baked.graph().skeleton()),
+        "query": request,
         "answer": Chosen::of(baked, answer),
         "source": answer.source,
         "chosen": answer.chosen,

@@ -12,7 +12,7 @@ use thiserror::Error;
 use ufbx::{AnimStack, LoadOpts, Matrix, Mesh, Node, Scene, Transform};
 
 use crate::MOST_ENTRIES;
-use crate::gltf::{Buffer, ReadPurpose};
+use crate::gltf::{Buffer, ReadPurpose, animation_of};
 
 /// Reason why an FBX file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -311,50 +311,33 @@ impl Writer<'_> {
         moving: &BTreeSet<u32>,
         times: &[f64],
     ) -> Option<Value> {
-        let keys = times.iter().map(|&time| time as f32);
-        let keys = self.buffer.floats("SCALAR", keys);
-        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-        for &node in moving {
-            for (path, output) in self.channels(take, node, times) {
-                let target = json!({ "node": node, "path": path });
-                channels.push(json!({ "sampler": samplers.len(), "target": target }));
-                samplers.push(json!({ "input": keys, "output": output }));
-            }
-        }
-        let name = &take.element.name[..];
-        (!channels.is_empty())
-            .then(|| json!({ "name": name, "samplers": samplers, "channels": channels }))
-    }
-
-    /// The values of a node at times of a take, of what leaves its rest: the path of each, and the index of its accessor.
-    fn channels(
-        &mut self,
-        take: &AnimStack,
-        node: u32,
-        times: &[f64],
-    ) -> Vec<(&'static str, usize)> {
+        /// What may move of a node.
         const PATHS: [(&str, &str); 3] = [
             ("translation", "VEC3"),
             ("rotation", "VEC4"),
             ("scale", "VEC3"),
         ];
-        let scene = self.scene;
-        let node = &scene.nodes[node as usize];
-        let rest = parts(&node.local_transform);
-        let at = |time: &f64| parts(&node.evaluate_transform(&take.anim, take.time_begin + time));
-        let poses: Vec<[Vec<f32>; 3]> = times.iter().map(at).collect();
-        let mut channels = Vec::new();
-        for (part, (path, kind)) in PATHS.into_iter().enumerate() {
-            let values = || poses.iter().flat_map(|pose| pose[part].iter().copied());
-            let rests = rest[part].iter().cycle();
-            if values()
-                .zip(rests)
-                .any(|(value, rest)| (value - rest).abs() > 1e-6)
-            {
-                channels.push((path, self.buffer.floats(kind, values())));
+        let keys = times.iter().map(|&time| time as f32);
+        let keys = self.buffer.floats("SCALAR", keys);
+        let mut moved = Vec::new();
+        for &index in moving {
+            let node = &self.scene.nodes[index as usize];
+            let rest = parts(&node.local_transform);
+            let at =
+                |time: &f64| parts(&node.evaluate_transform(&take.anim, take.time_begin + time));
+            let poses: Vec<[Vec<f32>; 3]> = times.iter().map(at).collect();
+            for (part, (path, kind)) in PATHS.into_iter().enumerate() {
+                let values = || poses.iter().flat_map(|pose| pose[part].iter().copied());
+                let rests = rest[part].iter().cycle();
+                if values()
+                    .zip(rests)
+                    .any(|(value, rest)| (value - rest).abs() > 1e-6)
+                {
+                    moved.push((index as usize, path, self.buffer.floats(kind, values())));
+                }
             }
         }
-        channels
+        (!moved.is_empty()).then(|| animation_of(&take.element.name, keys, &moved))
     }
 }
 

@@ -43,8 +43,8 @@ impl Rooted {
         if root == JointId::ROOT {
             return Ok(None);
         }
-        let is_below = |id: &JointId| skeleton.ancestry(*id).any(|joint| joint == root);
-        let joints: Vec<JointId> = skeleton.ids().filter(is_below).collect();
+        let joints = skeleton.ids().filter(|&id| skeleton.carries(root, id));
+        let joints: Vec<JointId> = joints.collect();
         let own = |id: JointId| joints.iter().position(|&joint| joint == id);
         let above = skeleton.ancestry(root);
         let place: Vec3 = above.map(|id| skeleton.joint(id).offset).sum();
@@ -97,7 +97,8 @@ impl Rooted {
             *own = self.pose(file, &pose);
         };
         let (rate, frames) = (clip.frame_rate(), clip.frames());
-        let own = clip_of_poses(&self.skeleton, clip.name(), rate, frames, own)?;
+        let own = ClipDesc::of_poses(clip.name(), rate, frames, own);
+        let own = clip_of(&self.skeleton, own)?;
         clip.pose(0, &mut pose);
         let locals = file.ids().map(|id| pose.local(file, id));
         let (rotations, places): (Vec<Quat>, Vec<Vec3>) = locals.unzip();
@@ -165,8 +166,8 @@ fn figure_root(skeleton: &Skeleton) -> Result<JointId, SkeletonError> {
     let limbs = Limbs::of(skeleton);
     let is_figure = |&id: &JointId| {
         let has_pair = |ends: &[JointId]| {
-            let below = |&&end: &&JointId| skeleton.ancestry(end).any(|above| above == id);
-            ends.iter().filter(below).count() > 1
+            let below = ends.iter().filter(|&&end| skeleton.carries(id, end));
+            below.count() > 1
         };
         has_pair(&limbs.hands) && has_pair(&limbs.feet)
     };
@@ -190,58 +191,22 @@ pub(crate) fn on_whole(whole: &WholeSkeleton, clip: &Clip) -> Result<Clip, ClipE
         clip.pose(frame, &mut body);
         whole.pose(&body, pose);
     };
-    let desc = desc_of_poses(clip.name(), clip.frame_rate(), clip.frames(), pose);
+    let desc = ClipDesc::of_poses(clip.name(), clip.frame_rate(), clip.frames(), pose);
     Clip::new(&whole.skeleton, desc)
 }
 
-/// The frames of a clip, as `pose` writes them.
-pub(crate) fn desc_of_poses(
-    name: &str,
-    frame_rate: f64,
-    frames: usize,
-    mut pose: impl FnMut(usize, &mut Pose),
-) -> ClipDesc {
-    let mut desc = ClipDesc {
-        name: name.to_owned(),
-        frame_rate,
-        roots: Vec::with_capacity(frames),
-        rotations: Vec::new(),
-        translations: Vec::new(),
-    };
-    let mut out = Pose::default();
-    for frame in 0..frames {
-        pose(frame, &mut out);
-        if frame == 0 {
-            desc.rotations.reserve_exact(frames * out.rotations.len());
-            desc.translations
-                .reserve_exact(frames * out.translations.len());
-        }
-        desc.roots.push(out.root);
-        desc.rotations.extend_from_slice(&out.rotations);
-        desc.translations.extend_from_slice(&out.translations);
-    }
-    desc
-}
-
-/// A clip of [`desc_of_poses`] without places of joints that are always the skeleton's offsets.
+/// A clip without places of joints that are always the skeleton's offsets.
 ///
 /// # Errors
 /// The clip is invalid.
-pub(crate) fn clip_of_poses(
-    skeleton: &Skeleton,
-    name: &str,
-    frame_rate: f64,
-    frames: usize,
-    pose: impl FnMut(usize, &mut Pose),
-) -> Result<Clip, ClipError> {
-    let mut desc = desc_of_poses(name, frame_rate, frames, pose);
+pub(crate) fn clip_of(skeleton: &Skeleton, mut desc: ClipDesc) -> Result<Clip, ClipError> {
     if !moves_joints(skeleton, &desc.translations) {
         desc.translations = Vec::new();
     }
     Clip::new(skeleton, desc)
 }
 
-/// A skeleton and a clip of it, as [`clip_of_poses`] makes it.
+/// A skeleton and a clip of it, as [`clip_of`] and [`ClipDesc::of_poses`] make it.
 ///
 /// # Errors
 /// The clip is invalid, or has more than [`MOST_ENTRIES`] frames times joints.
@@ -256,7 +221,10 @@ pub(crate) fn motion_of_poses(
     if (frames as u64).saturating_mul(joints as u64) > MOST_ENTRIES {
         return Err(FileError::TooManyEntries { frames, joints });
     }
-    let clip = clip_of_poses(&skeleton, name, frame_rate, frames, pose)?;
+    let clip = clip_of(
+        &skeleton,
+        ClipDesc::of_poses(name, frame_rate, frames, pose),
+    )?;
     Ok((skeleton, clip))
 }
 
@@ -397,14 +365,9 @@ impl ClipSet {
             "{}: {left_out} ({seconds:.2} s) {others}, and are left out",
             clip.name()
         ));
-        let mut desc = clip.desc();
-        let of_joints = kept.start * self.skeleton.len()..kept.end * self.skeleton.len();
-        desc.roots = desc.roots[kept.clone()].to_vec();
-        desc.rotations = desc.rotations[of_joints.clone()].to_vec();
-        if !desc.translations.is_empty() {
-            desc.translations = desc.translations[of_joints].to_vec();
-        }
-        self.clips[index] = without_still_places(&self.skeleton, Clip::new(&self.skeleton, desc)?)?;
+        let pose = |frame: usize, pose: &mut Pose| clip.pose(kept.start + frame, pose);
+        let desc = ClipDesc::of_poses(clip.name(), rate, kept.len(), pose);
+        self.clips[index] = clip_of(&self.skeleton, desc)?;
         let (start, most) = (kept.start as f64 / rate, self.clips[index].duration());
         for event in self.events.iter_mut().filter(|event| event.clip == index) {
             event.start = (event.start - start).max(0.0);
@@ -433,7 +396,7 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static 
         return BY_NAMES;
     }
     let top = |end: JointId, other: JointId| {
-        let own = |&joint: &JointId| !skeleton.ancestry(other).any(|above| above == joint);
+        let own = |&joint: &JointId| !skeleton.carries(joint, other);
         skeleton.ancestry(end).take_while(own).last().unwrap_or(end)
     };
     let tops = [hands, feet].map(|[a, b]| [top(a, b), top(b, a)]);
@@ -669,19 +632,6 @@ pub(crate) fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
     frames.any(leaves)
 }
 
-/// The clip without places of joints that are always the skeleton's offsets.
-fn without_still_places(skeleton: &Skeleton, clip: Clip) -> Result<Clip, ClipError> {
-    if !clip.moves_joints() {
-        return Ok(clip);
-    }
-    let mut desc = clip.desc();
-    if moves_joints(skeleton, &desc.translations) {
-        return Ok(clip);
-    }
-    desc.translations.clear();
-    Clip::new(skeleton, desc)
-}
-
 /// Share of the skeleton's bones below which those of the frames are none: some files have channels of positions that are all 0.
 pub(crate) const COLLAPSED: f32 = 0.5;
 
@@ -749,8 +699,8 @@ pub(crate) fn settle_bones(skeleton: &mut Skeleton, clips: &mut [Clip]) -> Resul
             .with_file(file)
             .ok_or(SkeletonError::File)?;
     }
-    for clip in clips {
-        *clip = without_still_places(skeleton, clip.clone())?;
+    for clip in clips.iter_mut().filter(|clip| clip.moves_joints()) {
+        *clip = clip_of(skeleton, clip.desc())?;
     }
     Ok(())
 }

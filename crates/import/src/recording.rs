@@ -46,29 +46,30 @@ pub enum RecordingError {
     Unnamed(String),
 }
 
-/// The input of a query. Together with the graph it determines the answer.
-#[derive(Clone, Debug, PartialEq)]
+/// The input of a query. Together with the graph it determines the answer. Files store the attack apart from the rest.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordedRequest {
     /// Checksum of the graph ([`archive::checksum`]).
     pub graph: u32,
     /// Playhead of the character at the query.
     pub playhead: Playhead,
     /// Attack, in the world of the playhead.
+    #[serde(skip)]
     pub attack: Attack,
     /// Settings of the query.
     pub settings: QuerySettings,
     /// Which candidates are tested exactly.
+    #[serde(rename = "judging")]
     pub evaluation: Evaluation,
 }
 
-/// A [`RecordedRequest`] as it is stored in a file. The attack is stored separately.
+/// A [`RecordedRequest`] without its attack.
 #[derive(Deserialize)]
 struct StoredRequest {
     graph: u32,
     playhead: Playhead,
     settings: QuerySettings,
-    #[serde(rename = "judging")]
-    evaluation: Evaluation,
+    judging: Evaluation,
 }
 
 /// The identifying data of an answer, which are compared bit by bit.
@@ -147,16 +148,15 @@ impl Recording {
             query,
             answer,
         } = parse_json(text)?;
-        Ok(Self {
-            request: RecordedRequest {
-                graph: query.graph,
-                playhead: query.playhead,
-                attack: Attack::new(attack.spheres)?,
-                settings: query.settings,
-                evaluation: query.evaluation,
-            },
-            chosen: answer,
-        })
+        let request = RecordedRequest {
+            graph: query.graph,
+            playhead: query.playhead,
+            attack: Attack::new(attack.spheres)?,
+            settings: query.settings,
+            evaluation: query.judging,
+        };
+        let chosen = answer;
+        Ok(Self { request, chosen })
     }
 
     /// Reads a file.
@@ -172,11 +172,9 @@ impl Recording {
     /// # Errors
     /// The graph is not that of the recording.
     pub fn replay(&self, baked: &BakedGraph) -> Result<Answer, RecordingError> {
-        let RecordedRequest {
-            graph: expected, ..
-        } = self.request;
-        let found =
-            archive::checksum(baked).map_err(|error| RecordingError::Unnamed(error.to_string()))?;
+        let expected = self.request.graph;
+        let unnamed = |error| RecordingError::Unnamed(format!("{error}"));
+        let found = archive::checksum(baked).map_err(unnamed)?;
         if found != expected {
             return Err(RecordingError::Graph { expected, found });
         }

@@ -22,7 +22,6 @@ use sabaki::anim::{
 
 use crate::LoadedClip;
 use crate::error::FileError;
-use crate::figure::desc_of_poses;
 use crate::rotation::{nearest_rotation, outer};
 
 /// Least share of the moving joints that must be found by name.
@@ -233,7 +232,7 @@ impl<'a> Retargeter<'a> {
                 (sum, count, most) = (sum + f64::from(away), count + 1, most.max(away));
             }
         };
-        let desc = desc_of_poses(clip.name(), clip.frame_rate(), clip.frames(), own);
+        let desc = ClipDesc::of_poses(clip.name(), clip.frame_rate(), clip.frames(), own);
         (desc, sum / count.max(1) as f64, most)
     }
 

@@ -3,7 +3,7 @@
 //! The method is ours: the unit is the one in which the height of the figure ([`stature`]), the median of poses of all its files, is closest
 //! to a person's. If none fits, the figure is scaled to a person's height. OBJ files do not contain their unit either.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 
 use crate::figure::{COLLAPSED, Rooted};
 use crate::fit::{Mesh, bounds};
@@ -77,15 +77,7 @@ impl LengthUnit {
     /// Length of the unit, in metres.
     #[must_use]
     pub fn metres(self) -> f64 {
-        match self {
-            Self::Metre => 1.0,
-            Self::Foot => 0.3048,
-            Self::Decimetre => 0.1,
-            Self::Cmu => 0.0254 / 0.45,
-            Self::Inch => 0.0254,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-        }
+        [1.0, 0.3048, 0.1, 0.0254 / 0.45, 0.0254, 0.01, 0.001][self as usize]
     }
 }
 
@@ -182,9 +174,8 @@ impl Stance {
         }
         if let (true, Some(pose)) = (is_known, poses.first()) {
             let rest = Pose {
-                root: Vec3::ZERO,
-                rotations: vec![Quat::IDENTITY; skeleton.len()],
                 translations: bones(skeleton, &own_pose(pose)),
+                ..Pose::at_rest(skeleton, Vec3::ZERO)
             };
             forward_kinematics(skeleton, &rest, &mut joints);
             stance.rests_upright = from_feet(&joints).y > UPRIGHT;

@@ -229,24 +229,16 @@ fn wrapped(skeleton: &Skeleton, clip: &Clip, name: &str) -> (Skeleton, Clip) {
     joints[1].offset = inside(clip.root(0));
     let offsets: Vec<Vec3> = joints.iter().map(|joint| joint.offset).collect();
     let other = Skeleton::new(joints).unwrap();
-    let mut desc = ClipDesc {
-        name: format!("wrapped-{}", clip.name()),
-        frame_rate: clip.frame_rate(),
-        roots: vec![place; clip.frames()],
-        rotations: Vec::new(),
-        translations: Vec::new(),
+    let pose = |frame: usize, pose: &mut Pose| {
+        clip.pose(frame, pose);
+        pose.rotations[0] = (turn.inverse() * pose.rotations[0]).normalize();
+        pose.rotations.insert(0, turn);
+        pose.translations.clone_from(&offsets);
+        pose.translations[1] = inside(pose.root);
+        pose.root = place;
     };
-    let mut pose = Pose::default();
-    for frame in 0..clip.frames() {
-        clip.pose(frame, &mut pose);
-        desc.rotations.push(turn);
-        desc.rotations.extend_from_slice(&pose.rotations);
-        let own = desc.rotations.len() - skeleton.len();
-        desc.rotations[own] = (turn.inverse() * pose.rotations[0]).normalize();
-        desc.translations.extend_from_slice(&offsets);
-        let own = desc.translations.len() - skeleton.len();
-        desc.translations[own] = inside(pose.root);
-    }
+    let name = format!("wrapped-{}", clip.name());
+    let desc = ClipDesc::of_poses(&name, clip.frame_rate(), clip.frames(), pose);
     (other.clone(), Clip::new(&other, desc).unwrap())
 }
 

@@ -82,14 +82,10 @@ impl FigureArgs {
     /// What can be refused before the files are read.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         if self.prop.len() != self.prop_joint.len() {
-            return Err(Failure::Usage(
-                "each --prop needs its --prop-joint".to_owned(),
-            ));
+            return Err(usage("each --prop needs its --prop-joint"));
         }
         if ![0, self.prop.len()].contains(&self.prop_grip.len()) {
-            return Err(Failure::Usage(
-                "none or each --prop has its --prop-grip".to_owned(),
-            ));
+            return Err(usage("none or each --prop has its --prop-grip"));
         }
         Ok(())
     }
@@ -149,7 +145,7 @@ impl FigureArgs {
     fn read_prop(&self, index: usize, set: &ClipSet, figure: &mut Figure) -> Result<(), Failure> {
         let (path, name) = (&self.prop[index], &self.prop_joint[index]);
         if set.repeated_names.contains(name) {
-            return Err(Failure::Usage(format!(
+            return Err(usage(format!(
                 "--prop-joint {name}: several joints have that name; name one of them, as {name}_2"
             )));
         }
@@ -204,14 +200,12 @@ impl FigureArgs {
             .rsplit_once(':')
             .and_then(|(clip, frame)| Some((clip, frame.parse().ok()?)));
         let Some((name, frame)) = place else {
-            return Err(Failure::Usage(format!(
+            return Err(usage(format!(
                 "--body-pose {named}: not CLIP:FRAME, as boxing.bvh:0"
             )));
         };
         let Some(clip) = set.clips.iter().find(|clip: &&Clip| clip.name() == name) else {
-            return Err(Failure::Usage(format!(
-                "--body-pose {named}: no clip \"{name}\""
-            )));
+            return Err(usage(format!("--body-pose {named}: no clip \"{name}\"")));
         };
         let pose = BindPose::of_frame(&set.skeleton, clip, frame);
         pose.map_err(usage)
@@ -231,7 +225,7 @@ fn unknown_joint(skeleton: &Skeleton, name: &str) -> Failure {
         .map(|joint| joint.name.as_str())
         .take(64)
         .collect();
-    Failure::Usage(format!(
+    usage(format!(
         "the skeleton has no joint \"{name}\"; it has {}",
         names.join(", ")
     ))

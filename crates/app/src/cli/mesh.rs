@@ -52,7 +52,7 @@ impl MeshArgs {
         let is_named = |path: &PathBuf| path.as_os_str() == BODY || path.as_os_str() == CAPSULES;
         if self.map.is_some() && self.mesh.as_ref().is_some_and(is_named) {
             let what = "--map is for the mesh of a file, not for body or capsules";
-            return Err(Failure::Usage(what.to_owned()));
+            return Err(usage(what));
         }
         let (path, mut read) = match &self.mesh {
             None => match graph.mesh()? {
@@ -63,9 +63,7 @@ impl MeshArgs {
             Some(path) if path.as_os_str() == BODY => {
                 let what = "a body needs a skeleton whose joints' names tell two legs, two arms and a head";
                 let human = BoundOutfit::human(skeleton, clips);
-                return human
-                    .ok_or_else(|| Failure::Usage(what.to_owned()))
-                    .map(Some);
+                return human.map(Some).ok_or_else(|| usage(what));
             }
             Some(path) => (path.clone(), sabaki_import::read_mesh(path)?),
         };
@@ -168,7 +166,7 @@ fn check_names(
         for (what, name, all) in [("mesh", own, &of_mesh), ("graph", other, &of_graph)] {
             if !all.contains(&name.as_str()) {
                 let all = all.join(", ");
-                return Err(Failure::Usage(format!(
+                return Err(usage(format!(
                     "the {what} has no joint {name:?} among {all}"
                 )));
             }

@@ -110,23 +110,16 @@ pub(super) fn write_played<'a>(
     graph: &MotionGraph,
     poses: impl IntoIterator<Item = &'a Pose>,
 ) -> std::io::Result<()> {
-    let mut desc = ClipDesc {
-        name: "played".to_owned(),
-        frame_rate: f64::from(1.0 / FRAME),
-        roots: Vec::new(),
-        rotations: Vec::new(),
-        translations: Vec::new(),
-    };
     let moves_joints = graph.clips().iter().any(|clip| clip.moves_joints());
-    for pose in poses {
-        desc.roots.push(pose.root);
-        desc.rotations.extend_from_slice(&pose.rotations);
-        if moves_joints {
-            let mut pose = pose.clone();
-            pose.fill_translations(graph.skeleton());
-            desc.translations.extend_from_slice(&pose.translations);
+    let poses: Vec<&Pose> = poses.into_iter().collect();
+    let pose = |frame: usize, pose: &mut Pose| {
+        pose.clone_from(poses[frame]);
+        match moves_joints {
+            true => pose.fill_translations(graph.skeleton()),
+            false => pose.translations.clear(),
         }
-    }
+    };
+    let desc = ClipDesc::of_poses("played", f64::from(1.0 / FRAME), poses.len(), pose);
     let clip = Clip::new(graph.skeleton(), desc).map_err(std::io::Error::other)?;
     write_atomically(path, |out| bvh::write(out, graph.skeleton(), &clip, 0.01))
 }

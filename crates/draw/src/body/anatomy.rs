@@ -129,28 +129,24 @@ impl Anatomy {
 
 /// The nearest joint that is above both or one of them.
 fn common(skeleton: &Skeleton, a: JointId, b: JointId) -> Option<JointId> {
-    let of_b: Vec<JointId> = skeleton.ancestry(b).collect();
-    skeleton.ancestry(a).find(|id| of_b.contains(id))
+    skeleton.ancestry(a).find(|&id| skeleton.carries(id, b))
 }
 
 /// The joint above the chest with that name.
 fn head(skeleton: &Skeleton, chest: JointId) -> Option<JointId> {
-    let below = |id: JointId| skeleton.ancestry(id).any(|above| above == chest);
     let named = |id: &JointId| {
         let name = skeleton.joint(*id).name.to_ascii_lowercase();
         name.contains("head") && !name.ends_with("_end")
     };
-    skeleton.ids().filter(|&id| below(id)).find(named)
+    let mut below = skeleton.ids().filter(|&id| skeleton.carries(chest, id));
+    below.find(named)
 }
 
 /// The highest joint of the body that a head carries: the longest chain may be that of a tongue.
 fn crown(skeleton: &Skeleton, standing: &[JointTransform], head: JointId) -> JointId {
     let carried = carried(skeleton);
-    let below = |id: &JointId| skeleton.ancestry(*id).any(|above| above == head);
-    let all = skeleton
-        .ids()
-        .filter(below)
-        .filter(|id| !carried[id.index()]);
+    let is_own = |&id: &JointId| skeleton.carries(head, id) && !carried[id.index()];
+    let all = skeleton.ids().filter(is_own);
     let height = |id: &JointId| standing[id.index()].translation.y;
     all.max_by(|a, b| height(a).total_cmp(&height(b)))
         .unwrap_or(head)
@@ -158,9 +154,8 @@ fn crown(skeleton: &Skeleton, standing: &[JointTransform], head: JointId) -> Joi
 
 /// The descendant that the longest chain of bones leads to.
 fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
-    let below = |id: JointId| skeleton.ancestry(id).any(|above| above == from);
     let length = |id: JointId| skeleton.chain_length(id);
-    let all = skeleton.ids().filter(|&id| below(id));
+    let all = skeleton.ids().filter(|&id| skeleton.carries(from, id));
     all.max_by(|&a, &b| length(a).total_cmp(&length(b)))
         .unwrap_or(from)
 }

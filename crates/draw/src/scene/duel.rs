@@ -227,10 +227,7 @@ impl<'a> DuelPlayback<'a> {
             None => &[],
         };
         let skeleton = graph.skeleton();
-        let attacks = |joint: JointId| {
-            let mut above = skeleton.ancestry(joint);
-            above.any(|above| joints.contains(&above))
-        };
+        let attacks = |joint| joints.iter().any(|&above| skeleton.carries(above, joint));
         let weight = |joint| f32::from(u8::from(attacks(joint)));
         skeleton.ids().map(weight).collect()
     }

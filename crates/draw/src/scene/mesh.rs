@@ -187,10 +187,7 @@ impl Skin {
             let attachment = &level.attachments[bone.joint.index()];
             MeshBone {
                 joint: JointId(attachment.carrier),
-                bind: JointTransform {
-                    rotation: (attachment.offset.rotation * bone.bind.rotation).normalize(),
-                    translation: attachment.offset.point(bone.bind.translation),
-                },
+                bind: after(&attachment.offset, &bone.bind),
             }
         });
         Self {

@@ -217,10 +217,7 @@ impl Binding<'_> {
         let skeleton = self.skeleton;
         let feet = Limbs::of(skeleton).feet;
         for id in skeleton.ids().filter(|&id| is_last(skeleton, id)) {
-            if feet
-                .iter()
-                .any(|&foot| skeleton.ancestry(id).any(|above| above == foot))
-            {
+            if feet.iter().any(|&foot| skeleton.carries(foot, id)) {
                 continue;
             }
             let direction = wanted[id.index()];
@@ -287,11 +284,7 @@ pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform>
         top - lowest - lifted.sum::<f32>()
     };
     let mut joints = Vec::new();
-    let mut pose = Pose {
-        root: Vec3::ZERO,
-        rotations: vec![Quat::IDENTITY; skeleton.len()],
-        translations: Vec::new(),
-    };
+    let mut pose = Pose::at_rest(skeleton, Vec3::ZERO);
     let mut best = (f32::MIN, Vec::new());
     for clip in clips {
         for frame in (0..clip.frames()).step_by(clip.frames().div_ceil(FRAMES).max(1)) {

@@ -143,11 +143,7 @@ fn head(skeleton: &Skeleton, limbs: &Limbs, height: impl Fn(JointId) -> f32) -> 
         joint.kind == JointKind::Moving && joint.name.to_ascii_lowercase().contains("head")
     };
     let named = skeleton.ids().filter(is_head).min_by_key(|&id| depth(id));
-    let is_limb = |id: JointId| {
-        limbs
-            .all()
-            .any(|limb| skeleton.ancestry(id).any(|j| j == limb))
-    };
+    let is_limb = |id: JointId| limbs.all().any(|limb| skeleton.carries(limb, id));
     let free = |&id: &JointId| skeleton.children(id).next().is_none() && !is_limb(id);
     named.or_else(|| {
         let ends = skeleton.ids().filter(free);

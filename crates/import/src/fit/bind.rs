@@ -28,12 +28,8 @@ impl<'a> BindPose<'a> {
     /// is a T-pose, but some captures have a zero pose that is not a natural posture.
     #[must_use]
     pub fn rest(skeleton: &'a Skeleton) -> Self {
-        let pose = Pose {
-            root: skeleton.joint(JointId::ROOT).offset,
-            rotations: vec![glam::Quat::IDENTITY; skeleton.len()],
-            translations: Vec::new(),
-        };
-        Self::of(skeleton, &pose)
+        let root = skeleton.joint(JointId::ROOT).offset;
+        Self::of(skeleton, &Pose::at_rest(skeleton, root))
     }
 
     /// A frame of a clip, counted from 0, in the space of the clip.

@@ -25,7 +25,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::Mesh;
+use super::{Mesh, bounds};
 
 /// Distance of a group, in multiples of its radius, from which it counts as a dipole. The source
 /// uses 2.
@@ -274,18 +274,13 @@ impl PointTree {
 
     fn add(&mut self, points: &[Vec3], start: usize, end: usize) -> u32 {
         let inside = &mut self.order[start..end];
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &index in inside.iter() {
-            low = low.min(points[index as usize]);
-            high = high.max(points[index as usize]);
-        }
+        let (low, high) = bounds(inside.iter().map(|&index| points[index as usize]));
         let id = self.nodes.len();
-        let (node_start, node_end) = (start as u32, end as u32);
         self.nodes.push(Node {
             low,
             high,
-            start: node_start,
-            end: node_end,
+            start: start as u32,
+            end: end as u32,
             children: None,
         });
         if end - start > LEAF {

@@ -9,10 +9,10 @@ use super::animation::{Frames, Tracks, moved_nodes, targets};
 use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{UsedNames, repeated_names};
-use crate::figure::{clip_of_poses, mapped};
+use crate::figure::{clip_of, mapped};
 use crate::rotation::{nearest_rotation, outer};
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
-use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton};
+use sabaki::anim::{Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
 ///
@@ -314,13 +314,7 @@ impl<'a> Rig<'a> {
                 }
             }
         };
-        let count = frames.count as usize;
-        Ok(clip_of_poses(
-            skeleton,
-            &tracks.name,
-            frames.rate,
-            count,
-            pose,
-        )?)
+        let desc = ClipDesc::of_poses(&tracks.name, frames.rate, frames.count as usize, pose);
+        Ok(clip_of(skeleton, desc)?)
     }
 }

@@ -22,9 +22,9 @@ use crate::MOST_ENTRIES;
 pub(crate) use buffers::ReadPurpose;
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh, Texture};
-#[cfg(feature = "fbx")]
-pub(crate) use write::Buffer;
 pub use write::write;
+#[cfg(feature = "fbx")]
+pub(crate) use write::{Buffer, animation_of};
 
 /// Reason why a file cannot be read as a skinned glTF animation.
 #[derive(Clone, Debug, PartialEq, Error)]

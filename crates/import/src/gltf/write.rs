@@ -2,7 +2,7 @@
 
 use std::io::{Error, ErrorKind, Result, Write};
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 
 use crate::EventEntry;
@@ -129,11 +129,7 @@ fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
 
 /// Positions of the joints without rotations, with the root at the origin.
 fn rest_places(skeleton: &Skeleton) -> Vec<Vec3> {
-    let pose = Pose {
-        root: Vec3::ZERO,
-        rotations: vec![Quat::IDENTITY; skeleton.len()],
-        translations: Vec::new(),
-    };
+    let pose = Pose::at_rest(skeleton, Vec3::ZERO);
     let mut joints = Vec::new();
     forward_kinematics(skeleton, &pose, &mut joints);
     joints.iter().map(|joint| joint.translation).collect()
@@ -152,6 +148,17 @@ fn nodes(skeleton: &Skeleton, root: Vec3) -> Vec<Value> {
         node
     };
     skeleton.ids().map(node).collect()
+}
+
+/// An animation of nodes: what moves of each, and the accessor of its values at the keys.
+pub(crate) fn animation_of(name: &str, keys: usize, moved: &[(usize, &str, usize)]) -> Value {
+    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+    for (node, path, output) in moved {
+        let target = json!({ "node": node, "path": path });
+        channels.push(json!({ "sampler": samplers.len(), "target": target }));
+        samplers.push(json!({ "input": keys, "output": output }));
+    }
+    json!({ "name": name, "samplers": samplers, "channels": channels })
 }
 
 /// The binary chunk and its views and accessors.
@@ -252,29 +259,23 @@ impl Buffer {
             .map(|frame| [(frame as f64 / desc.frame_rate) as f32])
             .collect();
         let times = self.bounded("SCALAR", &times);
-        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-        let mut add = |output: usize, node: usize, path: &str| {
-            let target = json!({ "node": node, "path": path });
-            channels.push(json!({ "sampler": samplers.len(), "target": target }));
-            samplers.push(json!({ "input": times, "output": output }));
-        };
         let roots = desc.roots.iter().flat_map(Vec3::to_array);
-        add(self.floats("VEC3", roots), 0, "translation");
+        let mut moved = vec![(0, "translation", self.floats("VEC3", roots))];
         let moves = moving_joints(skeleton, clip);
         for (joint, of_skeleton) in skeleton.joints().iter().enumerate() {
             let every = |at: usize| at * skeleton.len() + joint;
             if of_skeleton.kind == JointKind::Moving {
                 let turns = (0..clip.frames())
                     .flat_map(|at| desc.rotations[every(at)].normalize().to_array());
-                add(self.floats("VEC4", turns), joint, "rotation");
+                moved.push((joint, "rotation", self.floats("VEC4", turns)));
             }
             if joint > 0 && moves[joint] {
                 let places =
                     (0..clip.frames()).flat_map(|at| desc.translations[every(at)].to_array());
-                add(self.floats("VEC3", places), joint, "translation");
+                moved.push((joint, "translation", self.floats("VEC3", places)));
             }
         }
-        json!({ "name": desc.name, "samplers": samplers, "channels": channels })
+        animation_of(&desc.name, times, &moved)
     }
 
     /// Creates an octahedron along each bone, bound to the joint at the bone's start. A skeleton

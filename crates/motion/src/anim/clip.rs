@@ -277,19 +277,10 @@ impl Clip {
         if let Frames::Plain(plain) = &self.frames {
             return plain.desc.clone();
         }
-        let mut desc = ClipDesc {
-            name: self.name().to_owned(),
-            frame_rate: self.frame_rate(),
-            roots: Vec::with_capacity(self.frames()),
-            rotations: Vec::with_capacity(self.frames() * self.joints()),
-            translations: Vec::new(),
-        };
-        let mut pose = Pose::default();
-        for frame in 0..self.frames() {
-            self.pose(frame, &mut pose);
-            desc.push(&pose);
-        }
-        desc
+        let (rate, frames) = (self.frame_rate(), self.frames());
+        ClipDesc::of_poses(self.name(), rate, frames, |frame, pose| {
+            self.pose(frame, pose);
+        })
     }
 
     /// Writes the pose of one frame to `out`.
@@ -384,30 +375,44 @@ impl Clip {
             }
             return Ok(same);
         }
-        let frames = frames as usize;
-        let mut desc = ClipDesc {
-            name: self.name().to_owned(),
-            frame_rate,
-            roots: Vec::with_capacity(frames),
-            rotations: Vec::with_capacity(frames * self.joints()),
-            translations: Vec::new(),
-        };
-        let mut pose = Pose::default();
-        for frame in 0..frames {
+        let pose = |frame, pose: &mut Pose| {
             let source = frame as f64 / frame_rate * self.frame_rate();
-            self.sample(source as f32, &mut pose);
-            desc.push(&pose);
-        }
+            self.sample(source as f32, pose);
+        };
+        let desc = ClipDesc::of_poses(self.name(), frame_rate, frames as usize, pose);
         let joints = self.joints();
         Ok(Self::plain(PlainClip { desc, joints }))
     }
 }
 
 impl ClipDesc {
-    /// Appends a frame.
-    fn push(&mut self, pose: &Pose) {
-        self.roots.push(pose.root);
-        self.rotations.extend_from_slice(&pose.rotations);
-        self.translations.extend_from_slice(&pose.translations);
+    /// The data of a motion whose frames are the poses that `pose` writes.
+    #[must_use]
+    pub fn of_poses(
+        name: &str,
+        frame_rate: f64,
+        frames: usize,
+        mut pose: impl FnMut(usize, &mut Pose),
+    ) -> Self {
+        let mut desc = Self {
+            name: name.to_owned(),
+            frame_rate,
+            roots: Vec::with_capacity(frames),
+            rotations: Vec::new(),
+            translations: Vec::new(),
+        };
+        let mut out = Pose::default();
+        for frame in 0..frames {
+            pose(frame, &mut out);
+            if frame == 0 {
+                desc.rotations.reserve_exact(frames * out.rotations.len());
+                let places = frames * out.translations.len();
+                desc.translations.reserve_exact(places);
+            }
+            desc.roots.push(out.root);
+            desc.rotations.extend_from_slice(&out.rotations);
+            desc.translations.extend_from_slice(&out.translations);
+        }
+        desc
     }
 }

@@ -50,8 +50,8 @@ impl Leg {
     fn above(skeleton: &Skeleton, feet: &[JointId]) -> Vec<Self> {
         let no_part = carried(skeleton);
         let carried = |joint: JointId| {
-            let carries = |foot: &&JointId| skeleton.ancestry(**foot).any(|above| above == joint);
-            feet.iter().filter(carries).count()
+            let on_it = feet.iter().filter(|&&foot| skeleton.carries(joint, foot));
+            on_it.count()
         };
         let leg = |&foot: &JointId| {
             let own: Vec<JointId> = skeleton
@@ -587,11 +587,7 @@ mod tests {
     }
 
     fn straight() -> Pose {
-        Pose {
-            root: Vec3::Y,
-            rotations: vec![Quat::IDENTITY; 6],
-            translations: Vec::new(),
-        }
+        Pose::at_rest(&skeleton(), Vec3::Y)
     }
 
     /// Knees from bent the wrong way, which blends of two motions may cause, to bent well.

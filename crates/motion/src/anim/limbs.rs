@@ -53,15 +53,12 @@ impl Limbs {
 pub fn body_root(skeleton: &Skeleton) -> JointId {
     let limbs = Limbs::of(skeleton);
     let carried = |joint: JointId| {
-        let on = |&id: &JointId| skeleton.ancestry(id).any(|above| above == joint);
-        (
-            skeleton.ids().filter(on).count(),
-            limbs.all().all(|end| on(&end)),
-        )
+        let joints = skeleton.ids().filter(|&id| skeleton.carries(joint, id));
+        joints.count()
     };
-    let carries_body = |joint: &JointId| {
-        let (joints, all) = carried(*joint);
-        all && 2 * joints >= skeleton.len()
+    let carries_body = |&joint: &JointId| {
+        let is_above_all = limbs.all().all(|end| skeleton.carries(joint, end));
+        is_above_all && 2 * carried(joint) >= skeleton.len()
     };
     let above = limbs.feet.first().filter(|_| limbs.feet.len() > 1);
     let mut above = above.into_iter().flat_map(|&foot| skeleton.ancestry(foot));
@@ -100,8 +97,8 @@ pub fn details(skeleton: &Skeleton) -> Vec<bool> {
     ends.extend(by_name(skeleton, &["head", "頭"]));
     // A hand with a tip, and a head with one, have no fingers and no face.
     ends.retain(|&end| {
-        let is_below = |&id: &JointId| skeleton.ancestry(id).any(|above| above == end);
-        skeleton.ids().filter(is_below).count() > 2
+        let below = skeleton.ids().filter(|&id| skeleton.carries(end, id));
+        below.count() > 2
     });
     let mut details = carried(skeleton);
     for id in skeleton.ids() {
@@ -124,10 +121,7 @@ pub fn carried(skeleton: &Skeleton) -> Vec<bool> {
         let joint = skeleton.joint(id);
         let on_one = joint.parent.is_some_and(|parent| carried[parent.index()]);
         let is_helper = joint.kind == JointKind::Moving && is_helper(&joint.name);
-        let carries_end = || {
-            let mut ends = ends.iter();
-            ends.any(|&end| skeleton.ancestry(end).any(|above| above == id))
-        };
+        let carries_end = || ends.iter().any(|&end| skeleton.carries(id, end));
         carried[id.index()] = on_one || is_helper && !carries_end();
     }
     carried
@@ -186,10 +180,9 @@ fn by_structure(skeleton: &Skeleton) -> Option<Limbs> {
         .filter_map(|id| Some((id, pair(id)?)))
         .collect();
     let &(hips, legs) = pairs.first()?;
-    let is_below = |id: JointId, above: JointId| skeleton.ancestry(id).any(|joint| joint == above);
     let is_arms = |&&(chest, arms): &&(JointId, [JointId; 2])| {
         let is_long = reach[arms[0].index()] > SHORTEST_ARM * reach[legs[0].index()];
-        chest != hips && is_long && !legs.iter().any(|&leg| is_below(chest, leg))
+        chest != hips && is_long && !legs.iter().any(|&leg| skeleton.carries(leg, chest))
     };
     let &(_, arms) = pairs.iter().find(is_arms)?;
     // The joint behind the two long bones: what hangs on it is short.

@@ -16,6 +16,16 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose in which nothing is turned and the root stands at a place.
+    #[must_use]
+    pub fn at_rest(skeleton: &Skeleton, root: Vec3) -> Self {
+        Self {
+            root,
+            rotations: vec![Quat::IDENTITY; skeleton.len()],
+            translations: Vec::new(),
+        }
+    }
+
     /// Moves and rotates the pose on the ground.
     pub fn place(&mut self, placement: Rigid2) {
         self.root = placement.point(self.root);

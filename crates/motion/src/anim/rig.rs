@@ -123,7 +123,7 @@ impl Rig {
     }
 
     fn find_part(&self, skeleton: &Skeleton, id: JointId) -> Part {
-        let carried_by = |joint: JointId| skeleton.ancestry(id).any(|above| above == joint);
+        let carried_by = |joint: JointId| skeleton.carries(joint, id);
         let limb = self
             .limbs
             .iter()
@@ -149,8 +149,9 @@ fn turn_by(vector: Vec3) -> Quat {
 
 /// Joints from the root (excluded) down to the last common ancestor of both hands.
 fn spine(skeleton: &Skeleton, left: JointId, right: JointId) -> Vec<JointId> {
-    let carries_right = |joint: &JointId| skeleton.ancestry(right).any(|above| above == *joint);
-    let chest = skeleton.ancestry(left).find(carries_right);
+    let chest = skeleton
+        .ancestry(left)
+        .find(|&joint| skeleton.carries(joint, right));
     let mut spine: Vec<JointId> = chest
         .into_iter()
         .flat_map(|chest| skeleton.ancestry(chest))

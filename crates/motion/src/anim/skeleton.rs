@@ -146,9 +146,10 @@ impl Skeleton {
     #[must_use]
     pub fn with_ends(mut self, ends: [JointId; 4]) -> Option<Self> {
         let known = ends.iter().all(|end| end.index() < self.len());
-        let carries = |a: JointId, b: JointId| self.ancestry(b).any(|joint| joint == a);
         let pairs = || ends.iter().flat_map(|&a| ends.iter().map(move |&b| (a, b)));
-        let meeting = pairs().filter(|&(a, b)| known && carries(a, b)).count();
+        let meeting = pairs()
+            .filter(|&(a, b)| known && self.carries(a, b))
+            .count();
         if !known || meeting != ends.len() {
             return None;
         }
@@ -161,7 +162,7 @@ impl Skeleton {
             let own = |end: JointId, other: JointId| -> Vec<JointId> {
                 let mut own: Vec<JointId> = self
                     .ancestry(end)
-                    .take_while(|&joint| !carries(joint, other))
+                    .take_while(|&joint| !self.carries(joint, other))
                     .collect();
                 own.reverse();
                 own
@@ -248,6 +249,12 @@ impl Skeleton {
     /// Joints from `id` up to the root, both included.
     pub fn ancestry(&self, id: JointId) -> impl Iterator<Item = JointId> + '_ {
         std::iter::successors(Some(id), |&joint| self.joint(joint).parent)
+    }
+
+    /// Whether `id` is the joint `above` or a descendant of it.
+    #[must_use]
+    pub fn carries(&self, above: JointId, id: JointId) -> bool {
+        self.ancestry(id).any(|joint| joint == above)
     }
 
     /// Length of the bones from the root to `id`, in metres.

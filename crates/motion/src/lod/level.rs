@@ -19,7 +19,9 @@ use glam::{Affine3A, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::LodError;
-use crate::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Place, Skeleton, place_all};
+use crate::anim::{
+    Clip, ClipDesc, JointId, JointKind, JointTransform, Place, Pose, Skeleton, place_all,
+};
 
 /// A level of detail by its index in [`Levels::levels`]: level 0 keeps all joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -250,16 +252,11 @@ impl Level {
     pub fn drawn(&self, skeleton: &Skeleton, clip: &Clip) -> Result<Clip, LodError> {
         check(skeleton, clip)?;
         self.check(skeleton)?;
-        let entries = clip.frames() * skeleton.len();
-        let mut desc = ClipDesc {
-            name: clip.name().to_owned(),
-            frame_rate: clip.frame_rate(),
-            roots: (0..clip.frames()).map(|frame| clip.root(frame)).collect(),
-            rotations: Vec::with_capacity(entries),
-            translations: Vec::with_capacity(entries),
-        };
         let mut places = Vec::new();
-        for frame in 0..clip.frames() {
+        let pose = |frame: usize, pose: &mut Pose| {
+            pose.root = clip.root(frame);
+            pose.rotations.clear();
+            pose.translations.clear();
             place_all(skeleton, clip.at(frame as f32), &mut places);
             let drawn: Vec<Place> = self
                 .attachments
@@ -278,18 +275,17 @@ impl Level {
                     None => *place,
                 };
                 // An end site has a position only.
-                let (rotation, translation) = match joint.kind {
-                    JointKind::EndSite => (Quat::IDENTITY, local.translation.as_vec3()),
-                    JointKind::Moving => (local.rotation.as_quat(), local.translation.as_vec3()),
-                };
-                desc.rotations.push(rotation);
-                desc.translations.push(if joint.parent.is_some() {
-                    translation
-                } else {
-                    Vec3::ZERO
+                pose.rotations.push(match joint.kind {
+                    JointKind::EndSite => Quat::IDENTITY,
+                    JointKind::Moving => local.rotation.as_quat(),
+                });
+                pose.translations.push(match joint.parent {
+                    Some(_) => local.translation.as_vec3(),
+                    None => Vec3::ZERO,
                 });
             }
-        }
+        };
+        let desc = ClipDesc::of_poses(clip.name(), clip.frame_rate(), clip.frames(), pose);
         Ok(Clip::new(skeleton, desc)?)
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::{ExactPlace, exact_places};
 use glam::DVec3;
 use sabaki_fixtures::captures::captures;
-use sabaki_fixtures::clips::first_frame;
+use sabaki_fixtures::clips::first_frames;
 use sabaki_fixtures::lod::{order_of, random_case, setting_of};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
@@ -160,13 +160,7 @@ fn energies_are_those_of_the_equations_in_captures() {
         .map(|id| 1.5 + 0.1 * f32::from(id.0))
         .collect();
     for clip in set.clips.iter().step_by(17) {
-        let short = ClipDesc {
-            roots: clip.desc().roots[..20].to_vec(),
-            rotations: clip.desc().rotations[..20 * skeleton.len()].to_vec(),
-            translations: Vec::new(),
-            ..clip.desc().clone()
-        };
-        let clip = Clip::new(skeleton, short).unwrap();
+        let clip = first_frames(skeleton, clip, 20);
         for level in [&levels[0], &levels[7], &levels[levels.len() - 1]] {
             check(clip.name(), skeleton, &clip, level, &masses);
         }
@@ -236,7 +230,7 @@ fn several_clips_weigh_by_their_time() {
 #[test]
 fn without_motion_there_is_no_energy() {
     let (skeleton, clip) = random_case(&mut Random::new(12));
-    let still = first_frame(&skeleton, &clip);
+    let still = first_frames(&skeleton, &clip, 1);
     let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
     for clips in [vec![still], Vec::new()] {
         let energies = level

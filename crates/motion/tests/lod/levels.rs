@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use sabaki_fixtures::captures::each_capture;
-use sabaki_fixtures::clips::{first_frame, frames_of};
+use sabaki_fixtures::clips::{first_frames, frames_of};
 use sabaki_fixtures::lod::{points_of, random_case, setting_of};
 use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton, details};
@@ -282,7 +282,7 @@ fn a_lone_joint_and_a_lone_frame_have_levels() {
     let levels = by(&lone, &clip_of_one, Order::Energy);
     assert_eq!(levels.levels.len(), 1);
 
-    let still = first_frame(&skeleton, &clip);
+    let still = first_frames(&skeleton, &clip, 1);
     for order in [Order::Energy, Order::Error] {
         let levels = by(&skeleton, &still, order).levels;
         assert!(levels.len() > 1);
