@@ -13,7 +13,7 @@ use sabaki_draw::scene::{
 use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::demo;
 
-use super::{SIZE, camera, empty, end, is_red, paint, painter};
+use super::{SIZE, camera, empty, end, is_red, paint, painter, skin_on, vertex};
 
 /// A box of half a metre around the origin, moved by bone 0.
 fn cube(colour: [u16; 4], texture: Option<MeshTexture>) -> Mesh {
@@ -21,12 +21,8 @@ fn cube(colour: [u16; 4], texture: Option<MeshTexture>) -> Mesh {
         let part = |bit: u32| if index >> bit & 1 == 1 { 0.25 } else { -0.25 };
         let position = Vec3::new(part(0), part(1), part(2));
         MeshVertex {
-            position: position.to_array(),
-            normal: position.normalize().to_array(),
-            uv: [position.x, position.y],
             colour,
-            bones: [0; 4],
-            weights: [u16::MAX, 0, 0, 0],
+            ..vertex(position, position.normalize(), [position.x, position.y])
         }
     };
     let quads = [
@@ -69,10 +65,7 @@ fn skinned_meshes_are_where_their_joints_are() {
     let floor = paint(&mut painter, &empty());
     let (a, b) = (Vec3::new(0.8, 1.2, 0.0), Vec3::new(-0.8, 0.9, 0.0));
     let seen = |place| camera().pixel(place, SIZE).unwrap();
-    let skin = skin_of(vec![MeshBone {
-        joint: JointId(1),
-        bind: JointTransform::IDENTITY,
-    }]);
+    let skin = skin_on(1);
     let mut shot = empty();
     let mut body = SkinnedBody::new(&skin, &[at(Vec3::ZERO), at(a)]);
     shot.skinned.push(body.clone());
@@ -157,7 +150,7 @@ fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
         let axis = (to - from).normalize();
         let mut twisted = standing.clone();
         for id in skeleton.ids() {
-            if skeleton.ancestry(id).any(|above| above == hand) {
+            if skeleton.carries(hand, id) {
                 let joint = &mut twisted[id.index()];
                 let turn = Quat::from_axis_angle(axis, 2.1);
                 joint.rotation = turn * joint.rotation;
@@ -263,14 +256,8 @@ fn sheet_with_seam(side: u32) -> Mesh {
             let (row, column) = (index / (side / 2 + 1), index % (side / 2 + 1));
             let x = (column as f32 - (1.0 - half) * (side / 2) as f32) / side as f32;
             let y = row as f32 / side as f32;
-            vertices.push(MeshVertex {
-                position: [x, y, 0.1 * (7.0 * x + 3.0 * y).sin()],
-                normal: [0.0, 0.0, 1.0],
-                uv: [x + shift, y],
-                colour: [u16::MAX; 4],
-                bones: [0; 4],
-                weights: [u16::MAX, 0, 0, 0],
-            });
+            let position = Vec3::new(x, y, 0.1 * (7.0 * x + 3.0 * y).sin());
+            vertices.push(vertex(position, Vec3::Z, [x + shift, y]));
         }
     }
     let mut triangles = Vec::new();

@@ -1,22 +1,19 @@
 //! Input that makes no sense is refused by name or drawn within bounds. Nothing panics, and validation is silent.
 
-use std::sync::Arc;
-
 use glam::Vec3;
-use sabaki::anim::{JointId, JointTransform};
 use sabaki::gpu::GpuError;
 use sabaki::math::F32x16;
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
-    CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Look, MemberGroup, Mesh, MeshBone,
-    MeshTexture, MeshVertex, Skin, standing_pose,
+    CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Look, MemberGroup, Mesh, MeshTexture,
+    standing_pose,
 };
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 use sabaki_fixtures::clips::changed;
 use sabaki_fixtures::demo;
 
 use super::framing::dodge;
-use super::{SIZE, empty, end};
+use super::{SIZE, empty, end, skin_on, vertex};
 use sabaki_fixtures::throw::key;
 use sabaki_fixtures::{device, finish};
 
@@ -79,17 +76,9 @@ fn a_target_without_pixels_is_drawn_as_nothing() {
 
 /// Two triangles around the origin.
 fn sheet() -> Mesh {
-    let vertex = |x: f32, y: f32| MeshVertex {
-        position: [x, y, 0.0],
-        normal: [0.0, 0.0, 1.0],
-        uv: [x, y],
-        colour: [u16::MAX; 4],
-        bones: [0; 4],
-        weights: [u16::MAX, 0, 0, 0],
-    };
-    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-    let vertices = corners.map(|(x, y)| vertex(x, y)).to_vec();
-    Mesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]], None)
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let vertices = corners.map(|[x, y]| vertex(Vec3::new(x, y, 0.0), Vec3::Z, [x, y]));
+    Mesh::new(vertices.to_vec(), vec![[0, 1, 2], [0, 2, 3]], None)
 }
 
 #[test]
@@ -138,16 +127,6 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
         ..StageDesc::default()
     };
     let mut painter = Painter::new(device(), SIZE, &desc).unwrap();
-    let skin_of = |joint| {
-        let bone = MeshBone {
-            joint: JointId(joint),
-            bind: JointTransform::IDENTITY,
-        };
-        Arc::new(Skin {
-            mesh: 0,
-            bones: vec![bone],
-        })
-    };
     // 24 lines of 16 numbers are the poses of 16 characters with 2 joints.
     let crowd = |joint, (first, stride)| {
         let member = |first, stride| CrowdMember {
@@ -156,7 +135,7 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
             tint: [0.0; 4],
         };
         CrowdShot {
-            skins: vec![skin_of(joint)],
+            skins: vec![skin_on(joint)],
             members: vec![member(0, 16), member(first, stride)],
             groups: vec![MemberGroup {
                 skin: 0,

@@ -6,7 +6,7 @@ use sabaki_fixtures::clips::joints_at;
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::{FileError, LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
 
-use super::common::{refusal, refused_file};
+use super::common::{refusal, refused_file, written};
 use super::refused::cases;
 
 /// A skeleton, a line of `---`, and two frames.
@@ -75,9 +75,8 @@ fn bones_stand_where_the_definition_puts_them() {
 fn folder(skeleton_name: &str, motion_name: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let (skeleton, motion) = parts();
-    std::fs::write(folder.path().join(skeleton_name), skeleton).unwrap();
-    let motion = motion.replace('\n', "\r\n");
-    std::fs::write(folder.path().join(motion_name), motion).unwrap();
+    written(folder.path(), skeleton_name, skeleton);
+    written(folder.path(), motion_name, motion.replace('\n', "\r\n"));
     folder
 }
 
@@ -100,7 +99,7 @@ fn a_motion_finds_its_skeleton_and_its_unit() {
         assert_eq!(slow.clip.frame_rate(), 30.0);
     }
     let folder = folder("one.asf", "walk.amc");
-    std::fs::write(folder.path().join("two.asf"), parts().0).unwrap();
+    written(folder.path(), "two.asf", parts().0);
     let walk = folder.path().join("walk.amc");
     let (_, error) = refused_file(read_clip(&walk, &ReadOptions::default()));
     let is_named = matches!(&error, FileError::NoSkeleton(names) if names[0] == "walk.asf");

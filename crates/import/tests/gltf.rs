@@ -117,8 +117,26 @@ impl Builder {
         self.add(&bytes_of(values), accessor)
     }
 
+    /// Adds an accessor of three places, the first and the last of which are replaced.
+    pub(crate) fn sparse(&mut self, mut places: Value, component: u32, indices: &[u8]) -> usize {
+        let own = bytes_of(&[0.0, 7.0, 0.0, 0.0, 9.0, 0.0]);
+        places["sparse"] = json!({
+            "count": 2,
+            "indices": { "bufferView": self.view(indices), "componentType": component },
+            "values": { "bufferView": self.view(&own) },
+        });
+        self.accessors.push(places);
+        self.accessors.len() - 1
+    }
+
     /// Root and one child a metre above it, the child moved by one channel.
-    fn document(&self, path: &str, interpolation: &str, times: usize, values: usize) -> Value {
+    pub(crate) fn document(
+        &self,
+        path: &str,
+        interpolation: &str,
+        times: usize,
+        values: usize,
+    ) -> Value {
         let nodes = json!([
             { "name": "root", "children": [1], "translation": [0, 1, 0] },
             { "name": "arm", "translation": [0, 1, 0] },
@@ -219,18 +237,12 @@ fn sparse_accessors_replace_elements_of_a_view_or_of_zeros() {
         for (has_view, expected) in [(true, [7.0, 2.0, 9.0]), (false, [7.0, 0.0, 9.0])] {
             let mut builder = Builder::default();
             let times = builder.floats("SCALAR", &[0.0, 0.1, 0.2]);
-            let places = builder.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0]);
-            let own = bytes_of(&[0.0, 7.0, 0.0, 0.0, 9.0, 0.0]);
-            let sparse = json!({
-                "count": 2,
-                "indices": { "bufferView": builder.view(&indices), "componentType": component },
-                "values": { "bufferView": builder.view(&own) },
-            });
-            builder.accessors[places]["sparse"] = sparse;
-            if !has_view {
-                let accessor = builder.accessors[places].as_object_mut().unwrap();
-                accessor.remove("bufferView");
+            let mut places = json!({ "componentType": 5126, "count": 3, "type": "VEC3" });
+            if has_view {
+                let own = bytes_of(&[0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0]);
+                places["bufferView"] = json!(builder.view(&own));
             }
+            let places = builder.sparse(places, component, &indices);
             let document = builder.document("translation", "STEP", times, places);
             let (_, clip) = clip_of(&document);
             let places = clip.desc().translations;

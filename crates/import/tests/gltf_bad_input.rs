@@ -6,6 +6,7 @@ use sabaki_import::gltf::{self, GltfFile, SkinnedMesh};
 use serde_json::{Value, json};
 
 use super::common::{bytes_of, place_of, refusal};
+use super::gltf::Builder;
 use super::refused::cases;
 
 fn valid() -> Vec<u8> {
@@ -91,32 +92,12 @@ fn keys_that_make_no_sense_are_errors() {
 
 #[test]
 fn sparse_accessors_that_make_no_sense_are_errors() {
-    // Three times, two indices of a byte, and the values of two keys.
-    let (times, values) = (bytes_of(&[0.0, 0.1, 0.2]), [0.0, 7.0, 0.0, 0.0, 9.0, 0.0]);
-    let bytes = [times, vec![0, 2, 0, 0], bytes_of(&values)].concat();
-    let document = json!({
-        "asset": { "version": "2.0" },
-        "nodes": [{}],
-        "animations": [{
-            "samplers": [{ "input": 0, "output": 1 }],
-            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
-        }],
-        "accessors": [
-            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "SCALAR" },
-            { "componentType": 5126, "count": 3, "type": "VEC3", "sparse": {
-                "count": 2,
-                "indices": { "bufferView": 1, "componentType": 5121 },
-                "values": { "bufferView": 2 },
-            } },
-        ],
-        "bufferViews": [
-            { "buffer": 0, "byteLength": 12 },
-            { "buffer": 0, "byteOffset": 12, "byteLength": 4 },
-            { "buffer": 0, "byteOffset": 16, "byteLength": 24 },
-        ],
-        "buffers": [{ "byteLength": 40 }],
-    });
-    let read = |document: &Value| parse(&glb(document, &bytes));
+    let mut builder = Builder::default();
+    let times = builder.floats("SCALAR", &[0.0, 0.1, 0.2]);
+    let places = json!({ "componentType": 5126, "count": 3, "type": "VEC3" });
+    let places = builder.sparse(places, 5121, &[0, 2, 0, 0]);
+    let document = builder.document("translation", "LINEAR", times, places);
+    let read = |document: &Value| parse(document.to_string().as_bytes());
     assert!(read(&document).is_ok());
     for [pointer, value, expected] in cases(include_str!("refused/gltf_sparse.txt")) {
         let mut spoilt = document.clone();
@@ -129,18 +110,9 @@ fn sparse_accessors_that_make_no_sense_are_errors() {
 #[test]
 fn what_would_fill_the_memory_is_an_error() {
     // A document of a few lines that asks for a billion keys.
-    let document = json!({
-        "asset": { "version": "2.0" },
-        "nodes": [{}],
-        "animations": [{
-            "samplers": [{ "input": 0, "output": 1 }],
-            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "rotation" } }],
-        }],
-        "accessors": [
-            { "componentType": 5126, "count": 1_000_000_000u64, "type": "SCALAR" },
-            { "componentType": 5126, "count": 1_000_000_000u64, "type": "VEC4" },
-        ],
-    });
+    let mut document = Builder::default().document("rotation", "LINEAR", 0, 1);
+    let keys = |kind| json!({ "componentType": 5126, "count": 1_000_000_000, "type": kind });
+    document["accessors"] = json!([keys("SCALAR"), keys("VEC4")]);
     let error = refusal(parse(document.to_string().as_bytes()));
     assert_eq!(error, "accessor 0: it has no buffer view");
     // More joints than can be named, all of one name.

@@ -1,12 +1,13 @@
 //! Ctrl-C while a command works for long.
 
-use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::run::{command, folder, sabaki};
+use sabaki_fixtures::clips::{chain, swinging_chain};
+
+use super::run::{command, folder, sabaki, write_bvh};
 
 /// Runs a command that would take minutes, sends Ctrl-C after `delay`, and returns its exit code and what it wrote.
 fn interrupted(folder: &Path, args: &str, delay: Duration) -> (Option<i32>, String, String) {
@@ -71,30 +72,17 @@ fn what_takes_long_ends_with_a_message_and_its_exit_code() {
     }
 }
 
-/// A BVH file of a chain of joints that swing, each with its own period.
-fn swinging(joints: usize, frames: usize) -> String {
-    let mut text = "HIERARCHY\nROOT j0\n{\nOFFSET 0 90 0\nCHANNELS 1 Zrotation\n".to_owned();
-    for joint in 1..joints {
-        let offset = "OFFSET 0 40 0\nCHANNELS 1 Zrotation";
-        writeln!(text, "JOINT j{joint}\n{{\n{offset}").unwrap();
-    }
-    text += &"}\n".repeat(joints);
-    writeln!(text, "MOTION\nFrames: {frames}\nFrame Time: 0.0333333").unwrap();
-    for frame in 0..frames {
-        for joint in 0..joints {
-            let speed = 0.1 / (1.0 + 0.37 * joint as f64);
-            write!(text, "{:.3} ", 30.0 * (frame as f64 * speed).sin()).unwrap();
-        }
-        text.push('\n');
-    }
-    text
+/// Writes a clip of a chain of joints that swing.
+fn write_swinging(path: &Path, joints: usize, frames: usize) {
+    let skeleton = chain(joints);
+    write_bvh(path, &skeleton, &swinging_chain(&skeleton, frames, 0.5));
 }
 
 #[test]
 fn a_bake_and_a_shard_stop_at_a_step() {
     let folder = folder();
     let at = folder.path();
-    fs::write(at.join("long.bvh"), swinging(3, 150_000)).unwrap();
+    write_swinging(&at.join("long.bvh"), 3, 150_000);
     is_cancelled(at, "bake --clips long.bvh --out g.sabaki");
     assert_eq!(fs::read_dir(at).unwrap().count(), 1, "a file is left");
     let plan = "bake plan --clips long.bvh --out plan --shards 1";
@@ -108,7 +96,7 @@ fn a_bake_and_a_shard_stop_at_a_step() {
 fn levels_of_detail_that_take_long_are_not_waited_for() {
     let folder = folder();
     let at = folder.path();
-    fs::write(at.join("chain.bvh"), swinging(300, 2000)).unwrap();
+    write_swinging(&at.join("chain.bvh"), 300, 2000);
     is_cancelled(at, "lod chain.bvh --export levels.glb");
     assert_eq!(fs::read_dir(at).unwrap().count(), 1, "a file is left");
 }

@@ -1,11 +1,10 @@
 //! `sabaki lod`.
 
 use sabaki_fixtures::clips::{chain, swinging_chain};
-use sabaki_import::bvh;
 use serde_json::Value;
 
 use super::assert_is_png;
-use super::run::{clips, folder, sabaki, write};
+use super::run::{clips, folder, sabaki, write, write_bvh};
 
 #[test]
 fn the_levels_of_a_clip_are_told_and_drawn() {
@@ -114,8 +113,7 @@ fn a_chain_without_motion_is_told_of() {
     let folder = folder();
     let skeleton = chain(12);
     let clip = swinging_chain(&skeleton, 20, 0.0);
-    let mut file = std::fs::File::create(folder.path().join("chain.bvh")).unwrap();
-    bvh::write(&mut file, &skeleton, &clip, 1.0).unwrap();
+    write_bvh(&folder.path().join("chain.bvh"), &skeleton, &clip);
     let document = sabaki(&folder, "lod chain.bvh --json").json(0);
     let levels = levels(&document);
     assert_eq!(levels.len(), 12);

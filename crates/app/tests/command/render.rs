@@ -1,5 +1,6 @@
 //! Pictures without a window.
 
+use std::collections::BTreeMap;
 use std::fs;
 
 use sabaki::anim::{Clip, Skeleton};
@@ -7,7 +8,7 @@ use sabaki_fixtures::clips::changed;
 use sabaki_fixtures::demo;
 use sabaki_import::gltf;
 
-use super::run::{Png, folder, sabaki};
+use super::run::{Png, folder, sabaki, text_of, write};
 
 fn dodge(out: &str, more: &str) -> String {
     format!("render dodge BAKED --size 96x64 --out {out} {more}")
@@ -79,7 +80,7 @@ fn the_device_draws_the_maps_of_an_answer_and_counts_what_they_share() {
 fn an_attack_file_shows_its_first_attack() {
     let folder = folder();
     let attack = r#"{"attacks":[{"spheres":[{"t":0.5,"center":[0,1,0],"radius":0.1}]}]}"#;
-    fs::write(folder.path().join("one.json"), attack).unwrap();
+    write(&folder, "one.json", attack);
     let of_file = "--attack one.json --mesh capsules";
     sabaki(&folder, &dodge("a.png", of_file)).is(0);
     let second = format!("{of_file} --index 1");
@@ -115,20 +116,20 @@ fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
 #[test]
 fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     let folder = folder();
-    let write = |name: &str, skeleton: &Skeleton, clip: &Clip| {
+    let write_glb = |name: &str, skeleton: &Skeleton, clip: &Clip| {
         let mut bytes = Vec::new();
         gltf::write(&mut bytes, skeleton, std::slice::from_ref(clip), &[]).unwrap();
-        fs::write(folder.path().join(name), bytes).unwrap();
+        write(&folder, name, bytes);
     };
     let motions = demo::motions().unwrap();
-    write("own.glb", &motions.skeleton, &motions.clips[0]);
+    write_glb("own.glb", &motions.skeleton, &motions.clips[0]);
     // The same figure with names that are no one's.
     let mut name = "bone ".to_owned();
     let other = changed(&motions.skeleton, |joint| {
         name.push('i');
         joint.name.clone_from(&name);
     });
-    write("other.glb", &other, &motions.clips[0]);
+    write_glb("other.glb", &other, &motions.clips[0]);
     let json = |out: &str, more: &str| {
         let more = format!("--json --validation {more}");
         sabaki(&folder, &dodge(out, &more)).json(0)
@@ -148,16 +149,8 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
         .map(|(own, joint)| (own.name.clone(), joint.name.clone()))
         .collect();
     let map = |names: &[(String, String)]| {
-        let map: serde_json::Map<_, _> = names
-            .iter()
-            .cloned()
-            .map(|(own, joint)| (own, joint.into()))
-            .collect();
-        fs::write(
-            folder.path().join("map.json"),
-            serde_json::to_vec(&map).unwrap(),
-        )
-        .unwrap();
+        let map: BTreeMap<_, _> = names.iter().cloned().collect();
+        write(&folder, "map.json", serde_json::to_vec(&map).unwrap());
     };
     map(&names);
     let mapped = "--mesh other.glb --map map.json";
@@ -166,9 +159,8 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     assert_eq!(unbound + names.len(), motions.skeleton.len());
     assert!(unbound > 0);
     // A byte order mark does not matter.
-    let path = folder.path().join("map.json");
-    let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, format!("\u{FEFF}{text}")).unwrap();
+    let text = text_of(&folder.path().join("map.json"));
+    write(&folder, "map.json", format!("\u{FEFF}{text}"));
     let said = sabaki(&folder, &dodge("mapped.png", mapped)).is(0);
     assert!(said.stdout.contains("not bound: "), "{}", said.stdout);
     map(&[("bone i".to_owned(), "Tail".to_owned())]);

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use sabaki::anim::{Clip, Event};
+use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki_fixtures::demo;
 use sabaki_import::{EventsFile, bvh};
 use serde_json::Value;
@@ -97,6 +97,12 @@ pub fn write(folder: impl AsRef<Path>, name: &str, contents: impl AsRef<[u8]>) {
     fs::write(folder.as_ref().join(name), contents).unwrap();
 }
 
+/// Writes a clip as a BVH file.
+pub fn write_bvh(path: &Path, skeleton: &Skeleton, clip: &Clip) {
+    let mut file = fs::File::create(path).unwrap();
+    bvh::write(&mut file, skeleton, clip, 0.01).unwrap();
+}
+
 /// A PNG file, by its first picture.
 pub struct Png {
     pub size: [u32; 2],
@@ -170,8 +176,7 @@ fn made() -> &'static Made {
         };
         let events: Vec<Event> = motions.events.iter().filter_map(renumbered).collect();
         for clip in &clips {
-            let mut file = fs::File::create(clips_folder.join(clip.name())).unwrap();
-            bvh::write(&mut file, &motions.skeleton, clip, 0.01).unwrap();
+            write_bvh(&clips_folder.join(clip.name()), &motions.skeleton, clip);
         }
         let file = EventsFile::of(&events, &clips, &motions.skeleton).unwrap();
         let events = folder.join("events.json");

@@ -7,9 +7,8 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
-use sabaki_import::bvh;
 
-use super::run::{folder, sabaki};
+use super::run::{folder, sabaki, write_bvh};
 
 /// How long anything may take.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -20,8 +19,7 @@ fn write_clips(folder: &Path) {
     fs::create_dir(folder).unwrap();
     for index in 0..8 {
         let clip = swinging_clip(&skeleton, 1800, 0.3 + 0.7 * index as f32);
-        let mut file = fs::File::create(folder.join(format!("{index}.bvh"))).unwrap();
-        bvh::write(&mut file, &skeleton, &clip, 0.01).unwrap();
+        write_bvh(&folder.join(format!("{index}.bvh")), &skeleton, &clip);
     }
 }
 
