@@ -1,8 +1,8 @@
 use glam::{Vec2, Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
+use crate::graph::push::{PUSH_WINDOW, acceleration};
 use crate::graph::{Entry, Motion, MotionGraph, Played};
-use crate::maps::{PUSH_WINDOW, acceleration};
 
 /// Motion that a character plays, with the position in it and the rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -11,6 +11,7 @@ pub(crate) mod build;
 mod error;
 pub(crate) mod motion_graph;
 pub(crate) mod play;
+pub(crate) mod push;
 pub mod search;
 pub(crate) mod settings;
 pub(crate) mod stored;

@@ -27,7 +27,7 @@ pub struct GraphSettings {
     /// found and slides are measured in both cases. Default true.
     pub keep_feet: bool,
     /// Speed of a toe, in metres per second, above which a transition is left out if the toe is also faster than 1.3 times the
-    /// faster clip. `None` keeps all transitions. Default 5.
+    /// faster clip. Transitions in which the body pushes harder than in any clip are left out, too. `None` keeps all transitions. Default 5.
     pub fastest_step: Option<f32>,
     /// Links: transitions with a looser threshold that bring evasions within reach. `None` builds a graph of the transitions
     /// under `threshold` alone.

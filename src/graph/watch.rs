@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub enum BakeStage {
     /// Compares windows. Progress counts pairs.
     Transitions,
-    /// Tests transitions for feet that are too fast.
+    /// Tests transitions for feet that are too fast and pushes that are too hard.
     Feet,
     /// Searches links of events that the graph would drop. The stage may be repeated.
     Joins,

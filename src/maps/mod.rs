@@ -53,6 +53,6 @@ pub use regions::{
     RegionId, RegionMaps, SUB_TEXELS, Section, Slab, SlabMaps, SphereKey, raster,
 };
 pub(crate) use regions::{
-    BlockAxis, BoundingCylinder, CoarseMap, CoarseRegion, Cut, HALF_DIAGONAL, PART, PUSH_WINDOW,
-    ROUNDING, SphereRows, TIME_ERROR, acceleration, humanly_possible, quantile,
+    BlockAxis, BoundingCylinder, CoarseMap, CoarseRegion, Cut, HALF_DIAGONAL, PART, ROUNDING,
+    SphereRows, TIME_ERROR,
 };

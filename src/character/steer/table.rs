@@ -10,10 +10,9 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use crate::anim::{Facing, JointId, JointTransform, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
+use crate::graph::push::{PUSH_WINDOW, acceleration, humanly_possible, quantile};
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::maps::{
-    BakedGraph, PUSH_WINDOW, Stance, acceleration, head, humanly_possible, quantile,
-};
+use crate::maps::{BakedGraph, Stance, head};
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 32;

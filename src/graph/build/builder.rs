@@ -7,7 +7,7 @@ use crate::graph::ClipId;
 use crate::graph::build::input::GraphBuilder;
 use crate::graph::build::prune::largest_component;
 use crate::graph::build::report::{BuildReport, Dropped, EventCounts};
-use crate::graph::build::step_speed::StepSpeedTest;
+use crate::graph::build::transition_test::TransitionTest;
 use crate::graph::build::{foot_plans, islands, links};
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::{
@@ -42,24 +42,24 @@ impl GraphBuilder<'_> {
         mut self,
         found: TransitionList,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
-        let mut test = StepSpeedTest::new(&self);
+        let mut test = TransitionTest::new(&self);
         let (mut transitions, mut report) = self.choose(found, &mut test)?;
         let islands = islands::find(&self, &transitions);
         if !islands.is_empty() {
             let _span = tracing::trace_span!("bake: join clips").entered();
             transitions.truncate(transitions.len() - report.links.links);
             [report.joined, report.islands] = islands::join(&mut self, &islands, &mut transitions)?;
-            test = StepSpeedTest::new(&self);
+            test = TransitionTest::new(&self);
             report.links = links::add(&self, &mut transitions, &mut test)?;
         }
         self.assemble(&transitions, report)
     }
 
-    /// Transitions in which no foot is too fast and that cut no event, with the links, and a report that counts them.
+    /// Transitions that a body can do and that cut no event, with the links, and a report that counts them.
     fn choose(
         &self,
         found: TransitionList,
-        test: &mut Option<StepSpeedTest>,
+        test: &mut Option<TransitionTest>,
     ) -> Result<(Vec<Transition>, BuildReport), GraphError> {
         self.watch.check()?;
         let distances = found.distances();
@@ -76,10 +76,10 @@ impl GraphBuilder<'_> {
         let under_threshold = transitions.len();
         if let Some(test) = test {
             let _span = tracing::trace_span!("bake: test speed of feet").entered();
-            let mut too_fast = self.too_fast(test, &transitions)?.into_iter();
-            transitions.retain(|_| !too_fast.next().unwrap_or(false));
+            let mut impossible = self.impossible(test, &transitions)?.into_iter();
+            transitions.retain(|_| !impossible.next().unwrap_or(false));
         }
-        let too_fast = under_threshold - transitions.len();
+        let impossible = under_threshold - transitions.len();
         let links = {
             let _span = tracing::trace_span!("bake: add links").entered();
             links::add(self, &mut transitions, test)?
@@ -88,29 +88,29 @@ impl GraphBuilder<'_> {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
             distances,
-            too_fast: too_fast + links.too_fast,
+            impossible: impossible + links.impossible,
             links,
             ..BuildReport::default()
         };
         Ok((transitions, report))
     }
 
-    /// For each transition, whether a foot is too fast in it.
-    fn too_fast(
+    /// For each transition, whether a body cannot do it.
+    fn impossible(
         &self,
-        test: &mut StepSpeedTest,
+        test: &mut TransitionTest,
         transitions: &[Transition],
     ) -> Result<Vec<bool>, Stopped> {
         /// Number of transitions that are tested together. Larger numbers take more memory and save no time.
         const BATCH: usize = 8192;
         let stage = self.watch.stage(BakeStage::Feet, self.settings.threads);
-        let mut too_fast = Vec::with_capacity(transitions.len());
+        let mut impossible = Vec::with_capacity(transitions.len());
         for batch in transitions.chunks(BATCH) {
             self.watch.check()?;
-            too_fast.extend(test.too_fast(self, batch));
-            stage.progress(too_fast.len() as u64, transitions.len() as u64);
+            impossible.extend(test.impossible(self, batch));
+            stage.progress(impossible.len() as u64, transitions.len() as u64);
         }
-        Ok(too_fast)
+        Ok(impossible)
     }
 
     /// Assembles the graph, keeps its largest component and reports what was left out.

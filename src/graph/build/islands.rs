@@ -18,6 +18,7 @@ use crate::graph::build::input::GraphBuilder;
 use crate::graph::build::moments::{Jump, Moments};
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::Feet;
+use crate::graph::push::PushTest;
 use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::distance::{DistanceMap, WindowPair};
 use crate::graph::search::transition::Transition;
@@ -29,8 +30,8 @@ use std::ops::Range;
 
 /// Largest distance of the last pose of a loop from its first, in metres.
 const LOOP: f32 = 0.01;
-/// Frames that are added at each end of a clip, in seconds: the longest blend.
-const PAD: f64 = 0.5;
+/// Frames that are added at each end of a clip, in seconds: the longest blend into it or out of it.
+const PAD: f64 = 0.8;
 /// Time in which a motion that a clip begins or ends with slows down, in seconds.
 const HALT: f64 = 0.2;
 /// Maximum number of links from and to an island, and their largest distance, as a multiple of the closest one's.
@@ -152,6 +153,7 @@ pub(crate) fn join(
         transitions.extend(closest.filter(|link| link.distance <= farthest));
     }
     let core = component(&space.moments, transitions);
+    let push = PushTest::new(&input.clouds, input.settings.frame_rate);
     let found = in_parallel(input.settings.threads, islands.len(), |index| {
         let island = &islands[index];
         let search = IslandSearch {
@@ -159,6 +161,7 @@ pub(crate) fn join(
             core: &core,
             island,
             own: own(island),
+            push: &push,
         };
         let is_in = core[space.moments.at(island.clip, pad) as usize];
         [true, false].map(|leads_in| match is_in {
@@ -360,10 +363,12 @@ struct IslandSearch<'a> {
     island: &'a Island,
     /// The clip's own frames among those that were added.
     own: Range<usize>,
+    push: &'a PushTest,
 }
 
 impl IslandSearch<'_> {
-    /// The closest links to the island, or from it, at most one of each clip, the closest first.
+    /// The closest links to the island, or from it, at most one of each clip, the closest first. A blend takes longer if the body would push too
+    /// hard, and links in which it does anyway are only taken if there are no others.
     fn links(&self, leads_in: bool) -> Vec<Transition> {
         let (space, clip) = (self.space, self.island.clip);
         let window = space.lengths.window;
@@ -379,6 +384,7 @@ impl IslandSearch<'_> {
         };
         let rows = space.input.clouds[clip].part(first..first + length + window - 1);
         let rows = Windows::new(&rows, window);
+        let is_gentle = |link: &Transition| !self.push.is_too_hard(link, space.input.align(link));
         let mut links: Vec<Transition> = Vec::new();
         for other in 0..space.input.clouds.len() {
             let columns = &space.input.windows[other];
@@ -397,16 +403,21 @@ impl IslandSearch<'_> {
             let found = closest.and_then(|(square, [row, column])| {
                 let [source, target] = self.fits(leads_in, row, (other, column))?;
                 let available = space.available(source, target);
-                let frames = space.lengths.blend(square.sqrt(), available)?;
+                let shortest = space.lengths.blend(square.sqrt(), available)?;
                 let (clips, places) = ([source.0, target.0], [source.1, target.1]);
-                Some(transition(space.input, clips, places, frames))
+                let link = |frames| transition(space.input, clips, places, frames);
+                let mut longer = (shortest..=available).map(link);
+                longer.find(is_gentle).or_else(|| Some(link(shortest)))
             });
             links.extend(found);
         }
         links.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let least = links.first().map_or(0.0, |link| link.distance);
-        links.truncate(LINKS.0);
         links.retain(|link| link.distance <= LINKS.1 * least);
+        if links.iter().any(is_gentle) {
+            links.retain(is_gentle);
+        }
+        links.truncate(LINKS.0);
         links
     }
 

@@ -4,7 +4,7 @@ use crate::graph::build::candidates::{Candidate, Side};
 use crate::graph::build::moments::{Jump, Moments};
 use crate::graph::build::nearest::Candidates;
 use crate::graph::build::report::{LinkObstacle, UnlinkedEvent};
-use crate::graph::build::step_speed::StepSpeedTest;
+use crate::graph::build::transition_test::TransitionTest;
 use crate::graph::search::transition::Transition;
 use crate::graph::watch::Stopped;
 
@@ -15,9 +15,9 @@ pub(crate) struct LinkSearch<'a> {
     pub(crate) jumps: Vec<Jump>,
     /// All links so far.
     pub(crate) links: Vec<Transition>,
-    pub(crate) test: &'a mut Option<StepSpeedTest>,
-    /// Number of links that were not taken because a foot is too fast.
-    pub(crate) too_fast: usize,
+    pub(crate) test: &'a mut Option<TransitionTest>,
+    /// Number of links that were not taken because a body cannot do them.
+    pub(crate) impossible: usize,
 }
 
 impl LinkSearch<'_> {
@@ -31,10 +31,10 @@ impl LinkSearch<'_> {
         self.links.push(link);
     }
 
-    /// Returns for each link whether a foot is too fast in it.
-    pub(crate) fn test_speed(&mut self, links: &[Transition]) -> Vec<bool> {
+    /// Returns for each link whether a body cannot do it.
+    pub(crate) fn test_links(&mut self, links: &[Transition]) -> Vec<bool> {
         match &mut self.test {
-            Some(test) => test.too_fast(self.candidates.space.input, links),
+            Some(test) => test.impossible(self.candidates.space.input, links),
             None => vec![false; links.len()],
         }
     }
@@ -92,7 +92,7 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) -> Result<(), Stoppe
     Ok(())
 }
 
-/// The closest link of each event on one side in which no foot is too fast, or the closest link if a foot is too fast in all of them: that
+/// The closest link of each event on one side that a body can do, or the closest link if it can do none of them: that
 /// is better than losing the event. Only moments that `allowed` contains are linked.
 fn closest(
     search: &mut LinkSearch<'_>,
@@ -116,7 +116,7 @@ fn closest(
     }
     let found = tested
         .into_iter()
-        .map(|links| links.found.or(links.too_fast));
+        .map(|links| links.found.or(links.impossible));
     Ok(found.collect())
 }
 
@@ -124,9 +124,9 @@ fn closest(
 #[derive(Clone, Default)]
 struct TestedLinks {
     tested: usize,
-    /// The closest link in which a foot is too fast.
-    too_fast: Option<Candidate>,
-    /// The closest link in which no foot is.
+    /// The closest link that a body cannot do.
+    impossible: Option<Candidate>,
+    /// The closest link that it can do.
     found: Option<Candidate>,
 }
 
@@ -138,12 +138,12 @@ impl TestedLinks {
             let Some(link) = search.candidates.space.refined(*link) else {
                 continue;
             };
-            if !search.test_speed(&[link.link])[0] {
+            if !search.test_links(&[link.link])[0] {
                 self.found = Some(link);
                 return;
             }
-            search.too_fast += 1;
-            self.too_fast.get_or_insert(link);
+            search.impossible += 1;
+            self.impossible.get_or_insert(link);
         }
     }
 }

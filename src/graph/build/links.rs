@@ -17,19 +17,19 @@ use crate::graph::build::join::LinkSearch;
 use crate::graph::build::moments::Jump;
 use crate::graph::build::nearest::Candidates;
 use crate::graph::build::report::{GoalReport, LinkReport};
-use crate::graph::build::step_speed::StepSpeedTest;
+use crate::graph::build::transition_test::TransitionTest;
 use crate::graph::build::waits::{WaitChange, Waits, whole_frames};
 use crate::graph::search::transition::Transition;
 use crate::graph::settings::{LinkGoal, LinkSettings};
 use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::in_parallel;
 
-/// Adds links to the transitions of a graph, and returns what was added. It does nothing if the settings disable links. Links in which a foot
-/// is too fast are avoided; without a test, none are.
+/// Adds links to the transitions of a graph, and returns what was added. It does nothing if the settings disable links. Links that a body
+/// cannot do are avoided; without a test, none are.
 pub(crate) fn add(
     input: &GraphBuilder<'_>,
     transitions: &mut Vec<Transition>,
-    test: &mut Option<StepSpeedTest>,
+    test: &mut Option<TransitionTest>,
 ) -> Result<LinkReport, Stopped> {
     let Some(settings) = &input.settings.links else {
         return Ok(LinkReport::default());
@@ -41,7 +41,7 @@ pub(crate) fn add(
         candidates,
         links: Vec::new(),
         test,
-        too_fast: 0,
+        impossible: 0,
     };
     let unlinked = {
         let _span = tracing::trace_span!("bake: join events").entered();
@@ -56,7 +56,7 @@ pub(crate) fn add(
     let report = LinkReport {
         joins,
         links: search.links.len(),
-        too_fast: search.too_fast,
+        impossible: search.impossible,
         loosest: search.links.iter().map(|t| t.distance).fold(0.0, f32::max),
         longest: longest as f64 / input.settings.frame_rate,
         goals,
@@ -301,18 +301,18 @@ impl GoalProgress {
             let links: Vec<Transition> = tested
                 .map(|(&index, _)| self.offers[index as usize].link)
                 .collect();
-            let mut too_fast = search.test_speed(&links).into_iter();
+            let mut impossible = search.test_links(&links).into_iter();
             for (&index, helped) in batch.iter().zip(helps_now) {
                 let offer = &self.offers[index as usize];
-                let known = if helped { too_fast.next() } else { None };
+                let known = if helped { impossible.next() } else { None };
                 if !self.helps(goal, offer) || is_reached(self, search) {
                     self.left.push(index);
                     continue;
                 }
                 let (link, jump) = (offer.link, offer.jump);
-                let too_fast = known.unwrap_or_else(|| search.test_speed(&[link])[0]);
-                search.too_fast += usize::from(too_fast);
-                if !too_fast {
+                let impossible = known.unwrap_or_else(|| search.test_links(&[link])[0]);
+                search.impossible += usize::from(impossible);
+                if !impossible {
                     let (goals, counted) = (&mut self.goals, &self.counted);
                     let lowered = |change| record(goals, counted, change);
                     self.waits.add_jump(jump, lowered);

@@ -14,5 +14,5 @@ pub(crate) mod plants;
 pub(crate) mod prune;
 pub(crate) mod report;
 pub(crate) mod slide;
-pub(crate) mod step_speed;
+pub(crate) mod transition_test;
 pub(crate) mod waits;

@@ -20,9 +20,9 @@ pub struct BuildReport {
     pub events: EventCounts,
     /// Number of transitions under the threshold, before pruning.
     pub transitions: usize,
-    /// Number of transitions that were left out because a foot moves too fast in them.
+    /// Number of transitions that were left out because a foot moves too fast in them or the body pushes too hard.
     #[serde(default, rename = "darting")]
-    pub too_fast: usize,
+    pub impossible: usize,
     /// Number of window pairs that were compared.
     pub window_pairs: u64,
     /// Number of window pairs whose distance was computed in this process. Lower bounds show that the others are above the
@@ -158,9 +158,9 @@ impl Dropped {
 pub struct LinkReport {
     /// Number of links.
     pub links: usize,
-    /// Number of links that were not added because a foot moves too fast in them.
+    /// Number of links that were not added because a foot moves too fast in them or the body pushes too hard.
     #[serde(default, rename = "darting")]
-    pub too_fast: usize,
+    pub impossible: usize,
     /// Number of links that keep an event in the graph.
     pub joins: usize,
     /// Maximum distance of a link, in metres.

@@ -85,6 +85,18 @@ impl PointCloud {
         self.frames
     }
 
+    /// Mean of the points of each frame by their weights, in metres.
+    pub(crate) fn middles(&self) -> Vec<Vec3> {
+        let middle = |frame| {
+            let points = self.weights.iter().enumerate();
+            self.centre
+                + points
+                    .map(|(joint, weight)| *weight * self.point(joint, frame))
+                    .sum::<Vec3>()
+        };
+        (0..self.frames).map(middle).collect()
+    }
+
     /// Number of points in a frame.
     #[must_use]
     pub fn joints(&self) -> usize {

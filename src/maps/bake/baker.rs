@@ -8,13 +8,14 @@ use super::baked_graph::{BakedGraph, Derived};
 use super::drawings::{EventDrawings, attack_drawings, evasion_drawings};
 use super::settings::{BakeError, BakeSettings};
 use crate::anim::EventKind;
+use crate::graph::push::push_limit;
 use crate::graph::watch::{BakeWatch, Unwatched};
 use crate::graph::{EdgeId, MotionGraph};
 use crate::maps::entries::{EntryShare, EntryTable, MomentShare};
 use crate::maps::grid::{GridCells, find_paths, retimable_edges};
 use crate::maps::regions::{
     AttackMaps, AttackMove, BitMap, Body, ClipCylinders, Drawing, Evasion, EvasionMaps, MapGrid,
-    MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps, push_limit, raster,
+    MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps, pushes, raster,
 };
 use crate::math::{Rigid2, in_parallel};
 
@@ -200,7 +201,7 @@ impl Baker {
             let _span = tracing::trace_span!("bake: bounding cylinders").entered();
             ClipCylinders::new(&self.graph, &self.body)
         };
-        let push_limit = push_limit(&self.graph, &self.body, settings.threads);
+        let push_limit = push_limit(pushes(&self.graph, &self.body, settings.threads));
         let baked = BakedGraph {
             push_limit,
             atlas,

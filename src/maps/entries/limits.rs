@@ -7,8 +7,8 @@
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
 use crate::anim::{JointId, Pose, Skeleton, details, forward_kinematics};
+use crate::graph::push::quantile;
 use crate::graph::{MotionGraph, rotation_vector};
-use crate::maps::regions::quantile;
 use crate::math::in_parallel;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,12 @@
 //! The body's spheres as rows of numbers, for the inner loop of the exact test.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3, Vec3Swizzles};
 
 use super::body::{Body, BodySphere};
-use crate::anim::{JointTransform, Leg, Skeleton};
+use crate::anim::{JointTransform, Leg, Pose, Skeleton, forward_kinematics};
+use crate::graph::MotionGraph;
+use crate::graph::push::accelerations;
+use crate::math::in_parallel;
 
 /// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
 /// of the last sphere to a multiple of [`BodyTrack::LANES`](super::track::BodyTrack::LANES).
@@ -141,4 +144,22 @@ impl BodyRows {
             }
         }
     }
+}
+/// Horizontal accelerations of a body's centre of mass in all clips of a graph, in metres per second squared.
+pub(crate) fn pushes(graph: &MotionGraph, body: &Body, threads: usize) -> Vec<f32> {
+    let rows = BodyRows::new(body);
+    let of_clips = in_parallel(threads, graph.clips().len(), |index| {
+        let clip = &graph.clips()[index];
+        let (mut pose, mut joints, mut axes) = (Pose::default(), Vec::new(), Vec::new());
+        let centre = |frame| {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            axes.clear();
+            rows.push(&joints, &mut axes);
+            rows.centre_of_mass(&axes).xz()
+        };
+        let centres: Vec<Vec2> = graph.own_frames(index).map(centre).collect();
+        accelerations(&centres, graph.frame_rate()).collect::<Vec<f32>>()
+    });
+    of_clips.concat()
 }

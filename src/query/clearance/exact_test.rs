@@ -21,7 +21,8 @@ use super::obstacle_test::{ObstacleScratch, ObstacleTest};
 use super::pose_cache::PoseCache;
 use super::sweep::{Sweep, SweepScratch, TimeWindow};
 use crate::graph::Motion;
-use crate::maps::{BakedGraph, PUSH_WINDOW, acceleration};
+use crate::graph::push::{PUSH_WINDOW, acceleration};
+use crate::maps::BakedGraph;
 use crate::query::attack::Attack;
 
 /// A test of one attack.

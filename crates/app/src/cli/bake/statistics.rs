@@ -215,9 +215,10 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
         ));
     }
     line(format!(
-        "{} transitions left out because a foot would move too fast; baked in {:.2} s",
-        report.too_fast, baked.seconds
+        "{} transitions left out because a foot would move too fast or the body push too hard",
+        report.impossible
     ));
+    line(format!("baked in {:.2} s", baked.seconds));
     text.push_str(&baked.figure.describe());
     text.push_str(&left_out_and_notes(&baked.left_out, &baked.warnings));
     text

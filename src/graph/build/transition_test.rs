@@ -1,4 +1,5 @@
-//! Finds transitions in which a foot moves faster than in both clips, and faster than a person steps.
+//! Finds transitions that a body cannot do: a foot moves faster than in both clips, and faster than a person steps, or the body pushes harder
+//! than it does in any clip.
 //!
 //! A transition may blend poses whose feet are far apart, for example a kick and a stance. The planned step between them may then be
 //! faster than any step of the clips. Such transitions are left out of the graph.
@@ -7,6 +8,7 @@ use crate::anim::{Chain, Pose};
 use crate::graph::build::foot_plans;
 use crate::graph::build::input::GraphBuilder;
 use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
+use crate::graph::push::PushTest;
 use crate::graph::search::transition::Transition;
 use crate::math::in_parallel;
 use rustc_hash::FxHashMap;
@@ -17,21 +19,22 @@ const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
 
-/// Test of transitions for feet that are too fast.
+/// Test of transitions for feet that are too fast and pushes that are too hard.
 #[derive(Clone, Debug)]
-pub(crate) struct StepSpeedTest {
+pub(crate) struct TransitionTest {
     /// Graph of the clips, with the tested transitions as its only edges.
     graph: MotionGraph,
     /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second. It is computed for a clip on first use.
     clips: Vec<OnceLock<Vec<f32>>>,
     /// Speed up to which no foot is too fast, in metres per second.
     limit: f32,
+    push: PushTest,
     threads: usize,
     /// Results so far, by the ends and the length of a transition.
     known: FxHashMap<([Node; 2], usize), bool>,
 }
 
-impl StepSpeedTest {
+impl TransitionTest {
     /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet.
     pub(crate) fn new(input: &GraphBuilder<'_>) -> Option<Self> {
         let (settings, feet) = (input.settings, &input.feet);
@@ -46,13 +49,14 @@ impl StepSpeedTest {
             clips: vec![OnceLock::new(); input.clips.len()],
             graph,
             limit,
+            push: PushTest::new(&input.clouds, settings.frame_rate),
             threads: settings.threads,
             known: FxHashMap::default(),
         })
     }
 
-    /// Returns for each transition whether a foot is too fast in it. The result does not depend on the number of threads.
-    pub(crate) fn too_fast(
+    /// Returns for each transition whether a body cannot do it. The result does not depend on the number of threads.
+    pub(crate) fn impossible(
         &mut self,
         input: &GraphBuilder<'_>,
         transitions: &[Transition],
@@ -92,7 +96,8 @@ impl StepSpeedTest {
         in_parallel(self.threads, transitions.len(), |index| {
             let of_clips = self.fastest_of_clips(&transitions[index]);
             let limit = self.limit.max(RATIO * of_clips);
-            is_faster(&self.graph, EdgeId(index as u32), limit)
+            self.push.is_too_hard(&transitions[index], aligned[index])
+                || is_faster(&self.graph, EdgeId(index as u32), limit)
         })
     }
 
