@@ -94,26 +94,27 @@ impl Playing {
         self.seconds += dt * self.rate;
     }
 
-    /// Continues from another moment. The motion that was played until now fades out; the root's offset within `root_blend` seconds. `standing` has
-    /// for each leg whose foot stands then the time until it is lifted, in seconds. `spare` is memory for the new motion.
+    /// Continues from another moment at `rate`. The motion that was played until now fades out; the root's offset within `root_blend` seconds.
+    /// `standing` has for each leg whose foot stands then the time until it is lifted, in seconds of the motion. `spare` is memory for the new motion.
     pub(super) fn enter(
         &mut self,
         graph: &MotionGraph,
         entry: &Entry,
-        root_blend: f32,
+        [rate, root_blend]: [f32; 2],
         standing: &[Option<f32>],
         spare: &mut Motion,
     ) {
         let playhead = entry.playhead();
         spare.restart(graph, playhead, []);
-        // Both motions are played at the same rate.
+        // The motion that was played, in the time of the new one.
         let played = Played {
-            rate: 1.0,
+            rate: self.rate / rate,
             ..self.played_until(self.seconds)
         };
-        spare.blend_on_feet(graph, played, [entry.blend, root_blend], standing);
+        let blends = [entry.blend, root_blend].map(|seconds| seconds * rate);
+        spare.blend_on_feet(graph, played, blends, standing);
         std::mem::swap(&mut self.motion, spare);
-        self.seconds = 0.0;
+        (self.seconds, self.rate) = (0.0, rate);
     }
 
     pub(super) fn played_until(&self, seconds: f32) -> Played<'_> {

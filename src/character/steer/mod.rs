@@ -71,6 +71,8 @@ struct Now {
     centre: Vec2,
     /// Its velocity in the character's frame (x, z), in metres per second.
     pace: Vec2,
+    /// Rate at which the motion is played.
+    rate: f32,
 }
 
 impl Now {
@@ -78,7 +80,7 @@ impl Now {
     fn at_root(self) -> Self {
         Self {
             centre: self.stance.root.xz(),
-            pace: self.features.velocity.xz(),
+            pace: self.rate * self.features.velocity.xz(),
             ..self
         }
     }
@@ -162,19 +164,21 @@ impl Steering {
             let kept = current.filter(|_| !ends);
             let body = Body::new(&now, moment.as_ref());
             if let Some(found) = self.choose(step, state, &wanted, &body, kept, is_idle) {
+                let rate = self.rate_into(found, step.settings, now.pace);
                 // What stands stays where it is.
                 let blend = match is_idle {
                     true => 0.0,
-                    false => self.blend(found, step.settings.blend, &body),
+                    false => self.blend(found, rate, step.settings.blend, &body),
                 };
-                let mut entry = step.entry(found, &now, blend);
+                let mut entry = step.entry(found, &now, [rate, blend]);
                 if is_idle {
                     let root = now.stance.root.xz();
                     let way = state.off_place(root).clamp_length_max(MOST_RETURN);
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
-                playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
+                let spare = &mut scratch.spare;
+                playing.enter(graph, &entry, [rate, blend], &found.standing, spare);
             }
         }
         // One of many that stand and are to walk does not turn before its search.
@@ -200,24 +204,41 @@ impl Steering {
         let body = Body::new(&now, moment);
         let effort = |moment: &Moment| {
             let walks = moment.ahead >= WALKS;
-            walks.then(|| body.effort(moment, step.settings.blend, self.table.limit))
+            walks.then(|| self.effort(moment, step, &body, step.settings.blend))
         };
         if let Some((found, _)) = self.table.nearest(&wanted(&step.aim, &now).row(), effort) {
             let found = &self.table.moments[found];
-            let blend = self.blend(found, step.settings.blend, &body);
-            let entry = step.entry(found, &now, blend);
-            playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
+            let rate = self.rate_into(found, step.settings, now.pace);
+            let blend = self.blend(found, rate, step.settings.blend, &body);
+            let entry = step.entry(found, &now, [rate, blend]);
+            let spare = &mut scratch.spare;
+            playing.enter(graph, &entry, [rate, blend], &found.standing, spare);
         }
     }
 
+    /// The playback rate at which a moment's velocity is nearest to that of the body, unless the clip would then accelerate too hard.
+    fn rate_into(&self, moment: &Moment, settings: &SteerSettings, pace: Vec2) -> f32 {
+        if moment.velocity.length() <= WALKS {
+            return 1.0;
+        }
+        let nearest = pace.dot(moment.pace) / moment.pace.length_squared().max(0.01);
+        let hardest = (self.table.limit / moment.push.max(0.01)).sqrt();
+        let fastest = settings.fastest.min(hardest.max(1.0));
+        nearest.clamp(settings.slowest, fastest.max(settings.slowest))
+    }
+
+    /// [`Body::effort`] of a jump whose blend takes `blend` seconds.
+    fn effort(&self, moment: &Moment, step: &SteerStep<'_>, body: &Body, blend: f32) -> f32 {
+        let rate = self.rate_into(moment, step.settings, body.pace);
+        body.effort(moment, rate, blend, self.table.limit)
+    }
+
     /// Duration of a jump's blend of the root, in seconds: as long as the difference of velocities needs. `usual` is that of the joints.
-    fn blend(&self, moment: &Moment, usual: f32, body: &Body) -> f32 {
+    fn blend(&self, moment: &Moment, rate: f32, usual: f32, body: &Body) -> f32 {
         /// Largest acceleration while [`SteerStep::carried`] velocity fades out, in velocities per duration.
         const PEAK: f32 = 1.5;
-        /// The part of the acceleration that blends may have: the clips have the rest.
-        const PART: f32 = 0.5;
-        let apart = body.pace.distance(moment.pace);
-        let needed = PEAK * apart / (PART * self.table.limit);
+        let apart = body.pace.distance(rate * moment.pace);
+        let needed = PEAK * apart / spare(moment, rate, self.table.limit);
         needed.clamp(usual, LONGEST * usual)
     }
 
@@ -237,7 +258,7 @@ impl Steering {
         let blend = step.settings.blend;
         let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
             self.table.nearest(wanted, |moment| {
-                allowed(moment).then(|| body.effort(moment, blend, self.table.limit))
+                allowed(moment).then(|| self.effort(moment, step, body, blend))
             })
         };
         let (gain, moments) = (step.settings.gain, &self.table.moments);
@@ -298,7 +319,7 @@ impl Steering {
         let body = Body::new(&now, None);
         let cost = |exit: &Entry| {
             let moment = self.table.at(graph, exit.playhead())?;
-            let effort = body.effort(&self.table.moments[moment], exit.blend, self.table.limit);
+            let effort = self.effort(&self.table.moments[moment], step, &body, exit.blend);
             Some((moment, distance(&self.table.rows[moment], &wanted) + effort))
         };
         let playhead = playing.motion.playhead(graph, seconds);
@@ -309,12 +330,15 @@ impl Steering {
             return false;
         };
         let moment = &self.table.moments[moment];
-        let blend = self.blend(moment, exit.blend, &body);
+        let rate = self.rate_into(moment, step.settings, now.pace);
+        let blend = self.blend(moment, rate, exit.blend, &body);
+        let heading = exit.clip_to_world.heading();
         let entry = Entry {
             blend: exit.blend,
-            ..step.entry_at(moment, exit.clip_to_world.heading(), &now, blend)
+            ..step.entry_at(moment, heading, &now, [rate, blend])
         };
-        playing.enter(graph, &entry, blend, &moment.standing, &mut scratch.spare);
+        let spare = &mut scratch.spare;
+        playing.enter(graph, &entry, [rate, blend], &moment.standing, spare);
         state.search_in = step.settings.interval;
         true
     }
@@ -459,12 +483,13 @@ impl SteerStep<'_> {
             }),
             features: Features::from_body(&stance, [&stance, &next], frame),
             centre,
-            pace: pace(&stance, [centre, later], frame),
+            pace: playing.rate * pace(&stance, [centre, later], frame),
+            rate: playing.rate,
         }
     }
 
-    /// The entry into a moment, turned towards the aim. The root's blend takes `blend` seconds.
-    fn entry(&self, moment: &Moment, now: &Now, blend: f32) -> Entry {
+    /// The entry into a moment, turned towards the aim. It is played at `rate`, and the root's blend takes `blend` seconds.
+    fn entry(&self, moment: &Moment, now: &Now, [rate, blend]: [f32; 2]) -> Entry {
         let kept = now.stance.placement.heading() - moment.facing;
         let off = match self.aim.facing {
             None if !self.aim.stands() && moment.velocity.length() > WALKS => {
@@ -476,14 +501,15 @@ impl SteerStep<'_> {
                 .map_or(0.0, |heading| heading - (moment.heading + kept)),
         };
         let most = self.settings.jump_turn;
-        self.entry_at(moment, kept + wrapped(off).clamp(-most, most), now, blend)
+        let turn = kept + wrapped(off).clamp(-most, most);
+        self.entry_at(moment, turn, now, [rate, blend])
     }
 
     /// The entry into a moment, turned by an angle in radians. The centre of mass is where it is, and goes on as it goes.
-    fn entry_at(&self, moment: &Moment, turn: f32, now: &Now, blend: f32) -> Entry {
+    fn entry_at(&self, moment: &Moment, turn: f32, now: &Now, played: [f32; 2]) -> Entry {
         let turned = Rigid2::new(turn, 0.0, 0.0);
         let centre = turned.point(Vec3::new(moment.centre.x, 0.0, moment.centre.y));
-        let way = now.centre + self.carried(moment, turn, now, blend) - centre.xz();
+        let way = now.centre + self.carried(moment, turn, now, played) - centre.xz();
         Entry {
             edge: moment.edge,
             frame: moment.edge_frame as f32,
@@ -495,13 +521,14 @@ impl SteerStep<'_> {
 
     /// The way by which a body with another velocity than a moment's comes further while the difference fades out within `blend` seconds, by a
     /// smooth step. A blend that did not leave it that way would have to brake the body first.
-    fn carried(&self, moment: &Moment, turn: f32, now: &Now, blend: f32) -> Vec2 {
+    fn carried(&self, moment: &Moment, turn: f32, now: &Now, [rate, blend]: [f32; 2]) -> Vec2 {
         let heading = now.stance.placement.heading();
         let velocity = |pace: Vec2, heading: f32| {
             let turned = Rigid2::new(heading, 0.0, 0.0);
             turned.vector(Vec3::new(pace.x, 0.0, pace.y)).xz()
         };
-        let apart = velocity(now.pace, heading) - velocity(moment.pace, turn + moment.facing);
+        let apart =
+            velocity(now.pace, heading) - rate * velocity(moment.pace, turn + moment.facing);
         apart * (0.5 * blend)
     }
 }
@@ -526,19 +553,19 @@ impl Body {
         }
     }
 
-    /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump
-    /// soon.
-    fn effort(&self, moment: &Moment, blend: f32, limit: f32) -> f32 {
+    /// What a jump at a playback rate costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere,
+    /// another jump soon.
+    fn effort(&self, moment: &Moment, rate: f32, blend: f32, limit: f32) -> f32 {
         /// Cost of a jump in which no foot stays, in squared distances of features.
         const NO_FOOT: f32 = 6.0;
-        /// Cost of a difference of velocities beyond what a part of the acceleration gains within a blend, per (m/s)², and the part.
+        /// Cost of a difference of velocities beyond what a part of the spare acceleration gains within a blend, per (m/s)², and the part.
         const PUSH: f32 = 40.0;
-        const EASY: f32 = 0.25;
+        const EASY: f32 = 0.5;
         /// Cost of a moment that has to be left at once, and the time from which on none counts, in seconds.
         const SHORT: f32 = 3.0;
         const SOON: f32 = 0.6;
-        let apart = self.pace.distance(moment.pace);
-        let beyond = (apart - EASY * blend * limit).max(0.0);
+        let apart = self.pace.distance(rate * moment.pace);
+        let beyond = (apart - EASY * blend * spare(moment, rate, limit)).max(0.0);
         let stands = moment.stands();
         let flies = ![self.stands, stands].as_flattened().contains(&true);
         let stays = flies
@@ -550,6 +577,14 @@ impl Body {
         let short = SHORT * (1.0 - moment.left / SOON).max(0.0);
         short + PUSH * beyond * beyond + if stays { 0.0 } else { NO_FOOT }
     }
+}
+
+/// The acceleration that a moment, played at a rate, leaves for a blend into it.
+fn spare(moment: &Moment, rate: f32, limit: f32) -> f32 {
+    /// The least and the largest part of the limit.
+    const LEAST: f32 = 0.25;
+    const MOST: f32 = 0.5;
+    (limit - moment.push * rate * rate).clamp(LEAST * limit, MOST * limit)
 }
 
 /// The features that an aim asks for: the body's present features, and the path that it should take.

@@ -231,6 +231,7 @@ impl Start {
                 heading: stance.placement.heading(),
                 facing: stance.placement.heading(),
                 pace: Vec2::new(features.velocity.x, features.velocity.z),
+                push: 0.0,
                 root: stance.root.xz(),
                 centre: stance.root.xz(),
                 toes: stance.toes.map(|toe| Vec2::new(toe.x, toe.z)),
@@ -394,9 +395,9 @@ impl Steering {
         };
         let moment = &start.moment;
         let heading = now.stance.placement.heading() + turn - moment.facing;
-        let entry = step.entry_at(moment, heading, &now, 0.0);
-        let blend = self.blend(moment, entry.blend, &body);
-        playing.enter(graph, &entry, blend, &moment.standing, &mut scratch.spare);
+        let entry = step.entry_at(moment, heading, &now, [1.0, 0.0]);
+        let played = [1.0, self.blend(moment, 1.0, entry.blend, &body)];
+        playing.enter(graph, &entry, played, &moment.standing, &mut scratch.spare);
         Some(Begun {
             attack: start.attack,
             seconds: start.seconds,
@@ -420,7 +421,7 @@ impl Steering {
         let sudden = SUDDEN * (NOTICE - start.seconds.contact).max(0.0);
         let repeated = recent.iter().position(|&attack| attack == start.attack);
         let repeated = repeated.map_or(0.0, |age| REPEATED / (1 + age) as f32);
-        let effort = body.effort(&start.moment, blend, limit);
+        let effort = body.effort(&start.moment, 1.0, blend, limit);
         distance(&start.row, &now.features.row()) + effort + repeated + sudden
     }
 

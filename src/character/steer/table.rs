@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use crate::anim::{Facing, JointId, JointTransform, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
-use crate::graph::push::{PUSH_WINDOW, acceleration, humanly_possible, quantile};
+use crate::graph::push::{PUSH_WINDOW, acceleration, accelerations, humanly_possible, quantile};
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance, head};
 
@@ -37,6 +37,9 @@ const RESTING: f32 = 0.5;
 const WEIGHTS: ([f32; 3], [f32; 3], f32, f32, f32, f32) =
     ([12.0, 8.0, 9.0], [4.0, 3.0, 2.0], 5.0, 0.7, 1.5, 10.0);
 
+/// Time after a moment in which a blend into it adds to what the clip accelerates, in seconds.
+const BLENDED: f32 = 0.3;
+
 /// A moment of a clip that can be played.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
@@ -60,6 +63,8 @@ pub(super) struct Moment {
     pub centre: Vec2,
     /// Velocity of the centre of mass in this frame, in the character's frame (x, z), in metres per second.
     pub pace: Vec2,
+    /// Largest horizontal acceleration of the centre of mass from here on, while a blend into the moment lasts, in metres per second squared.
+    pub push: f32,
     /// Position of the root in the space of the clip (x, z).
     pub root: Vec2,
     /// Positions of the toes in the space of the clip (x, z).
@@ -268,14 +273,14 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    /// Adds the moments of a clip, given the edge that plays each frame of it, the accelerations of its root, and for each moment at which
+    /// Adds the moments of a clip, given the edge that plays each frame of it, and the accelerations of its root, and for each moment at which
     /// the body stands for a while, the speed of the faster hand.
     fn add_clip(
         &mut self,
         baked: &BakedGraph,
         clip: ClipId,
         edges: &PlayedBy,
-        accelerations: &mut Vec<f32>,
+        of_roots: &mut Vec<f32>,
         hands: &mut Vec<Option<f32>>,
     ) {
         let graph = baked.graph();
@@ -287,6 +292,8 @@ impl Table {
         let frame_rate = graph.frame_rate() as f32;
         let least = (AHEAD[1] * frame_rate).round() as usize;
         let window = (PUSH_WINDOW * frame_rate).round().max(1.0) as usize;
+        let pushes: Vec<f32> = accelerations(&bodies.centres, graph.frame_rate()).collect();
+        let blended = (BLENDED * frame_rate).round() as usize;
         let mut run = 0..0;
         for frame in 0..frames {
             let Some((edge, edge_frame)) = edges[frame] else {
@@ -312,7 +319,7 @@ impl Table {
             hands.push(stands.then(|| bodies.hand_speed(frame, frame_rate)));
             let ends = [frame, frame + window, frame + 2 * window];
             if ends[2] <= frame + left {
-                accelerations.push(acceleration(ends.map(|at| posed[at].root.xz())));
+                of_roots.push(acceleration(ends.map(|at| posed[at].root.xz())));
             }
             self.index[start + frame] = self.moments.len() as u32;
             self.rows.push(features.row());
@@ -332,6 +339,10 @@ impl Table {
                     [frame, frame + 1].map(|at| bodies.centres[at]),
                     1.0 / frame_rate,
                 ),
+                push: pushes[frame.min(pushes.len())..]
+                    .iter()
+                    .take(blended)
+                    .fold(0.0, |most, push| push.max(most)),
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 toes: posed[frame].toes.map(|toe| Vec2::new(toe.x, toe.z)),
                 standing: standing(graph, clip, frame as u32),
