@@ -188,7 +188,7 @@ impl Steering {
         }
     }
 
-    /// Begins to walk towards the aim, whatever is played.
+    /// Begins to walk towards the aim at the clips' own rate, whatever is played.
     pub(super) fn walk_on(
         &self,
         step: &SteerStep<'_>,
@@ -204,15 +204,13 @@ impl Steering {
         let body = Body::new(&now, moment);
         let effort = |moment: &Moment| {
             let walks = moment.ahead >= WALKS;
-            walks.then(|| self.effort(moment, step, &body, step.settings.blend))
+            walks.then(|| body.effort(moment, 1.0, step.settings.blend, self.table.limit))
         };
         if let Some((found, _)) = self.table.nearest(&wanted(&step.aim, &now).row(), effort) {
             let found = &self.table.moments[found];
-            let rate = self.rate_into(found, step.settings, now.pace);
-            let blend = self.blend(found, rate, step.settings.blend, &body);
-            let entry = step.entry(found, &now, [rate, blend]);
-            let spare = &mut scratch.spare;
-            playing.enter(graph, &entry, [rate, blend], &found.standing, spare);
+            let played = [1.0, self.blend(found, 1.0, step.settings.blend, &body)];
+            let entry = step.entry(found, &now, played);
+            playing.enter(graph, &entry, played, &found.standing, &mut scratch.spare);
         }
     }
 
