@@ -521,47 +521,6 @@ impl Characters {
         })
     }
 
-    /// d
-    #[allow(missing_docs)]
-    pub fn debug_line(&self, id: CharacterId) -> String {
-        self.with_state(id, |_k, state| {
-            let p = &state.playing;
-            let g = self.kinds[0].baked.graph();
-            let ph = p.motion.playhead(g, p.seconds);
-            let e = g.edge(ph.edge);
-            let m = g.edge_moment(e, ph.frame);
-            let ev = e
-                .event
-                .map_or("-".to_owned(), |ev| format!("{:?}", g.event(ev).kind));
-            let st: String = (0..2)
-                .map(|l| {
-                    if g.foot_stands(ph.edge, ph.frame, l) {
-                        'S'
-                    } else {
-                        '.'
-                    }
-                })
-                .collect();
-            format!(
-                "rate {:.2} clip {} {:.1} {} ev {ev} st {st} plan {} bent {} blend {} layer {}",
-                p.rate,
-                g.clip(m.source.clip).name(),
-                m.source.frame,
-                m.target.map_or("-".into(), |t| format!(
-                    "{}@{:.0}/{:.2}",
-                    g.clip(t.at.clip).name(),
-                    t.at.frame,
-                    t.weight
-                )),
-                u8::from(state.has_plan),
-                u8::from(p.motion.is_bent(p.seconds)),
-                p.motion.is_blending(p.seconds),
-                p.motion.is_layered(p.seconds)
-            )
-        })
-        .unwrap_or_default()
-    }
-
     /// Position in the graph, for example to name the clip that is played. While a blend lasts, the pose differs from it.
     ///
     /// # Errors

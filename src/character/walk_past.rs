@@ -35,6 +35,9 @@ const EARLY: f32 = 0.05;
 const STRETCH: f32 = 1.6;
 const REACHED: f32 = 0.7247;
 
+/// Time after a shift in which feet that were held come back to the walk, in seconds.
+const RELEASED: f32 = 0.3;
+
 /// The walk towards an aim that avoids the attack of `test`; `None` if there is none. `played` is the played motion, which is hit.
 pub(super) fn walk_past(
     test: PlanTest<'_>,
@@ -86,7 +89,7 @@ fn shifted(
     if seconds < SHORTEST {
         return None;
     }
-    let until = contact.max(STRETCH * seconds).min(walk.duration());
+    let until = contact.max(STRETCH * seconds) + RELEASED;
     let allowed = test.world.settings.query.allowed_push(baked, contact);
     let body = scratch.context.body();
     let limit = allowed.max(body.push(baked, walk, contact, f32::INFINITY));
@@ -101,6 +104,7 @@ fn shifted(
             motion.clone_from(walk);
             let by = Vec3::new(by.x, 0.0, by.y) / REACHED;
             motion.shift_on_feet(baked.graph(), by, STRETCH * seconds, &stances);
+            motion.extend(baked.graph(), until);
             let tested = test.until_hit(motion, scratch);
             let metres = best.as_ref().map(|best| best.clearance.metres);
             let is_narrower = metres.is_none_or(|metres| tested.clearance.metres < metres);

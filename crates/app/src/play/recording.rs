@@ -97,7 +97,7 @@ impl Scenarios {
             }
             let mut pose = Pose::default();
             characters.local_pose(id, &mut pose)?;
-            eprintln!("T {kind:?} {index} {frame} {}", characters.debug_line(id)); poses.push(pose);
+            poses.push(pose);
             characters.step(FRAME, &[], &mut Vec::new());
         }
         Ok((poses, goals))
