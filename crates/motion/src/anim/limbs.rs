@@ -110,19 +110,33 @@ pub fn details(skeleton: &Skeleton) -> Vec<bool> {
 }
 
 /// For each joint, whether it is no part of the body: a helper, a weapon, cloth, or what hangs on one. A helper that carries a hand, a foot
-/// or the head is a part of the body.
+/// or the head is a part of the body. Where all of them are known, what neither carries one nor hangs on one is cloth or a tail, and a bone
+/// that is much longer than the forearm and hangs on a hand is a weapon, whatever their names are.
 #[must_use]
 pub fn carried(skeleton: &Skeleton) -> Vec<bool> {
+    /// Least length of a bone of a weapon, as a multiple of the bone that leads to the hand.
+    const WEAPON: f32 = 1.5;
     let limbs = Limbs::known(skeleton);
-    let mut ends = limbs.map_or_else(Vec::new, |limbs| limbs.all().collect());
-    ends.extend(by_name(skeleton, &["head", "頭"]));
+    let hands = limbs.as_ref().map_or(&[][..], |limbs| &limbs.hands);
+    let heads = by_name(skeleton, &["head", "頭"]);
+    let is_known = hands.len() > 1 && !heads.is_empty();
+    let is_known = is_known && limbs.as_ref().is_some_and(|limbs| limbs.feet.len() > 1);
+    let mut ends: Vec<JointId> = limbs.iter().flat_map(Limbs::all).collect();
+    ends.extend(heads);
+    let length = |id: JointId| skeleton.joint(id).offset.length();
     let mut carried = vec![false; skeleton.len()];
     for id in skeleton.ids() {
         let joint = skeleton.joint(id);
         let on_one = joint.parent.is_some_and(|parent| carried[parent.index()]);
         let is_helper = joint.kind == JointKind::Moving && is_helper(&joint.name);
         let carries_end = || ends.iter().any(|&end| skeleton.carries(id, end));
-        carried[id.index()] = on_one || is_helper && !carries_end();
+        let is_loose = || is_known && !ends.iter().any(|&end| skeleton.carries(end, id));
+        let is_weapon = |&hand: &JointId| {
+            id != hand && skeleton.carries(hand, id) && length(id) > WEAPON * length(hand)
+        };
+        carried[id.index()] = on_one
+            || (is_helper || is_loose()) && !carries_end()
+            || is_known && hands.iter().any(is_weapon);
     }
     carried
 }

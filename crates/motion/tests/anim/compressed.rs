@@ -3,7 +3,7 @@
 use crate::exact_places;
 use glam::{DVec3, Quat, Vec3};
 use sabaki_fixtures::captures::captures;
-use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::clips::{skeleton as fixture_skeleton, small_skeleton, swinging_clip};
 use sabaki_motion::anim::{Clip, ClipDesc, CompressionSettings, JointKind, Pose, Skeleton};
 use sabaki_motion::math::Isa;
 use serde_json::{Value, json};
@@ -89,6 +89,27 @@ fn the_error_is_held_and_stated() {
     let sizes = [settings(), coarse]
         .map(|settings| holds_its_error(&skeleton, &clip, &settings).stored_bytes()[0]);
     assert!(sizes[1] < sizes[0], "{sizes:?}");
+    // Helpers keep the bones from being aimed, so that errors add up along the arm, and fingers have them all.
+    let mut arm = vec![(None, Vec3::ZERO)];
+    for bone in 0..5 {
+        arm.extend([0.1, 0.3].map(|length| (Some(2 * bone), length * Vec3::X)));
+    }
+    for finger in 0..5 {
+        let (base, side) = (11 + 3 * finger, 0.02 * f32::from(finger) * Vec3::Z);
+        let tips =
+            [(base, 0.03), (base + 1, 0.02)].map(|(from, length)| (Some(from), length * Vec3::X));
+        arm.push((Some(10), 0.09 * Vec3::X + side));
+        arm.extend(tips);
+    }
+    let names: Vec<String> = (0..arm.len())
+        .map(|index| format!("joint {index}"))
+        .collect();
+    let arm = names
+        .iter()
+        .zip(arm)
+        .map(|(name, (parent, offset))| (name.as_str(), parent, offset));
+    let arm = fixture_skeleton(&arm.collect::<Vec<_>>());
+    holds_its_error(&arm, &swinging_clip(&arm, 150, 0.3), &settings());
     let stretching = stretching_clip(&skeleton);
     assert!(holds_its_error(&skeleton, &stretching, &settings()).moves_joints());
 }

@@ -94,7 +94,7 @@ pub(in crate::anim) fn largest_errors(skeleton: &Skeleton, a: &Clip, b: &Clip) -
 /// Number of times that each step is made coarser or finer by the error.
 const ROUNDS: usize = 3;
 
-/// Number of times after these that steps are made finer where the error is too large.
+/// Number of times after these that steps are made finer where the error is too large, and then also above, where it comes from there.
 const FINER: usize = 9;
 
 /// Share of the error that is aimed at. The rest is for single precision.
@@ -108,11 +108,11 @@ fn tuned(truth: &Truth<'_>, settings: &CompressionSettings) -> Option<Quantised>
     let bounds = [settings.joint_error, settings.end_error].map(|bound| SHARE * f64::from(bound));
     let mut steps = first_steps(truth, bounds);
     let mut best: Option<(f64, Quantised)> = None;
-    for round in 0..ROUNDS + FINER {
+    for round in 0..ROUNDS + 2 * FINER {
         let Some(found) = truth.quantised(&steps) else {
             break;
         };
-        let loads = loads(truth, bounds, &found);
+        let loads = loads(truth, bounds, &found, round >= ROUNDS + FINER);
         let coarseness: f64 = steps.iter().map(|step| step.log2()).sum();
         if loads.iter().all(|load| *load <= 1.0) {
             if best.as_ref().is_none_or(|(most, _)| coarseness > *most) {
@@ -155,8 +155,10 @@ fn bound(kind: JointKind, [joints, ends]: [f64; 2]) -> f64 {
     }
 }
 
-/// Largest error of the joints and points that each joint carries, as a share of the allowed error.
-fn loads(truth: &Truth<'_>, bounds: [f64; 2], found: &Quantised) -> Vec<f64> {
+/// Largest error of the joints and points that each joint carries, as a share of the allowed error. With `spread`, an error that is too
+/// large counts for the joints above, too, as long as their own places are off by half of what is allowed.
+fn loads(truth: &Truth<'_>, bounds: [f64; 2], found: &Quantised, spread: bool) -> Vec<f64> {
+    const INHERITED: f64 = 0.5;
     let mut loads = vec![0.0; found.errors.len()];
     let joints = truth.skeleton.joints().iter().zip(&found.errors);
     for (index, (joint, error)) in joints.enumerate() {
@@ -164,8 +166,16 @@ fn loads(truth: &Truth<'_>, bounds: [f64; 2], found: &Quantised) -> Vec<f64> {
             loads[index] = f64::max(loads[index], error.skin / bounds[1]);
         }
         let load = error.place / bound(joint.kind, bounds);
-        let carrier = joint.parent.map_or(0, |parent| parent.index());
-        loads[carrier] = loads[carrier].max(load);
+        let mut carrier = joint.parent;
+        loop {
+            let at = carrier.map_or(0, |parent| parent.index());
+            loads[at] = loads[at].max(load);
+            let inherits = found.errors[at].place > INHERITED * bounds[0];
+            if !(spread && load > 1.0 && inherits && at > 0) {
+                break;
+            }
+            carrier = truth.skeleton.joints()[at].parent;
+        }
     }
     loads
 }
