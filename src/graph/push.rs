@@ -24,6 +24,22 @@ pub(crate) fn accelerations(places: &[Vec2], frame_rate: f64) -> impl Iterator<I
     ways.map(move |way| acceleration([way[0], way[window], way[2 * window]]))
 }
 
+/// Accelerations in a clip. One that friction does not allow is the median of three frames: a frame that a capture got wrong says nothing of
+/// the body.
+pub(crate) fn pushes(places: &[Vec2], frame_rate: f64) -> Vec<f32> {
+    let all: Vec<f32> = accelerations(places, frame_rate).collect();
+    (0..all.len()).map(|frame| lasting(&all, frame)).collect()
+}
+
+fn lasting(all: &[f32], frame: usize) -> f32 {
+    if all[frame] <= FRICTION {
+        return all[frame];
+    }
+    let mut near = all[frame.saturating_sub(1)..(frame + 2).min(all.len())].to_vec();
+    near.sort_by(f32::total_cmp);
+    near[(near.len() - 1) / 2]
+}
+
 /// [`PUSH_WINDOW`] in frames.
 fn window(frame_rate: f64) -> usize {
     ((f64::from(PUSH_WINDOW) * frame_rate).round() as usize).max(1)
@@ -36,12 +52,13 @@ pub(crate) fn quantile(values: &mut [f32], share: f32) -> Option<f32> {
     Some(*values.select_nth_unstable_by(at, f32::total_cmp).1)
 }
 
+/// 0.9 g, the friction of shoes on a dry floor.
+const FRICTION: f32 = 8.8;
+
 /// The limit of an acceleration that the clips reach, with room for more: at least what a step needs, which a graph that only stands does
 /// not have, and at most what friction allows, or what the clips themselves do.
 pub(crate) fn humanly_possible(found: f32, room: f32) -> f32 {
     const STEP: f32 = 2.0;
-    /// 0.9 g, the friction of shoes on a dry floor.
-    const FRICTION: f32 = 8.8;
     (room * found).min(FRICTION).max(found).max(STEP)
 }
 
@@ -68,7 +85,7 @@ impl PushTest {
         let middles: Vec<Vec<Vec3>> = clouds.iter().map(PointCloud::middles).collect();
         let of_clips = middles.iter().flat_map(|middles| {
             let places: Vec<Vec2> = middles.iter().map(|middle| middle.xz()).collect();
-            accelerations(&places, frame_rate).collect::<Vec<f32>>()
+            pushes(&places, frame_rate)
         });
         Self {
             limit: push_limit(of_clips.collect()),
@@ -113,6 +130,14 @@ mod tests {
         assert_eq!(quantile(&mut values, 0.5), Some(500.0));
         assert_eq!(quantile(&mut values, 1.0), Some(1000.0));
         assert_eq!(quantile(&mut [], 0.99), None);
+    }
+
+    #[test]
+    fn a_wrong_frame_raises_no_limit() {
+        let all = [1.0, 1.0, 80.0, 1.0, 12.0, 14.0, 12.0, 10.0, 8.0];
+        let kept = [1.0, 1.0, 1.0, 1.0, 12.0, 12.0, 12.0, 10.0, 8.0];
+        let found: Vec<f32> = (0..all.len()).map(|frame| lasting(&all, frame)).collect();
+        assert_eq!(found, kept);
     }
 
     #[test]

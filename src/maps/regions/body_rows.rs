@@ -5,7 +5,7 @@ use glam::{Mat3, Vec2, Vec3, Vec3Swizzles};
 use super::body::{Body, BodySphere};
 use crate::anim::{JointTransform, Leg, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
-use crate::graph::push::accelerations;
+use crate::graph::push;
 use crate::math::in_parallel;
 
 /// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
@@ -159,7 +159,7 @@ pub(crate) fn pushes(graph: &MotionGraph, body: &Body, threads: usize) -> Vec<f3
             rows.centre_of_mass(&axes).xz()
         };
         let centres: Vec<Vec2> = graph.own_frames(index).map(centre).collect();
-        accelerations(&centres, graph.frame_rate()).collect::<Vec<f32>>()
+        push::pushes(&centres, graph.frame_rate())
     });
     of_clips.concat()
 }
