@@ -157,7 +157,26 @@ pub fn read_clips(
         .map_err(ReadError::in_file(first_path))?;
     set.warnings
         .extend(clip_warnings(&set.skeleton, &set.clips));
+    set.warnings = merged(set.warnings);
     Ok(set)
+}
+
+/// Warnings that say the same of several files, as one.
+fn merged(warnings: Vec<String>) -> Vec<String> {
+    let mut all: Vec<(String, Option<String>, usize)> = Vec::new();
+    for warning in warnings {
+        let own = warning.find(": ").map(|at| warning[at..].to_owned());
+        let mut known = all.iter_mut();
+        match known.find(|(_, said, _)| own.is_some() && *said == own) {
+            Some((.., more)) => *more += 1,
+            None => all.push((warning, own, 0)),
+        }
+    }
+    let line = |(line, _, more): (String, _, usize)| match more {
+        0 => line,
+        _ => line.replacen(": ", &format!(" and {more} more: "), 1),
+    };
+    all.into_iter().map(line).collect()
 }
 
 impl ClipSet {

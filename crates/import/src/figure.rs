@@ -256,10 +256,13 @@ pub(crate) fn mapped(
 /// The frames between those at a clip's start and at its end in which the figure stands still with straight arms held apart (T-pose, A-pose).
 fn without_rest(skeleton: &Skeleton, clip: &Clip) -> Range<usize> {
     /// Least reach of a straight arm, as a share of its length; largest cosine of the angle between the arms; and largest distance of a
-    /// joint from its place in the first frame, in metres.
+    /// joint from its place in the first frame, in metres. A rest that is shorter than a time, in seconds, ends with a jump of a joint, in
+    /// metres: others are moments of a motion.
     const STRAIGHT: f32 = 0.97;
     const APART: f32 = 0.2;
     const STILL: f32 = 0.02;
+    const SHORT: f64 = 0.25;
+    const JUMP: f32 = 0.1;
     let frames = clip.frames();
     let Ok(arms) = <[Leg; 2]>::try_from(Leg::arms(skeleton)) else {
         return 0..frames;
@@ -267,6 +270,7 @@ fn without_rest(skeleton: &Skeleton, clip: &Clip) -> Range<usize> {
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let mut count = |order: &mut dyn Iterator<Item = usize>| {
         let mut first: Option<Vec<JointTransform>> = None;
+        let mut moved = 0.0;
         let is_rest = |&frame: &usize| {
             clip.pose(frame, &mut pose);
             forward_kinematics(skeleton, &pose, &mut joints);
@@ -275,12 +279,15 @@ fn without_rest(skeleton: &Skeleton, clip: &Clip) -> Range<usize> {
             let directions = reach.map(Vec3::normalize_or_zero);
             let first = first.get_or_insert_with(|| joints.clone());
             let pairs = first.iter().zip(&joints);
-            let moved = pairs.map(|(a, b)| a.translation.distance(b.translation));
+            let distances = pairs.map(|(a, b)| a.translation.distance(b.translation));
+            moved = distances.fold(0.0, f32::max);
             reach.iter().all(|reach| reach.length() >= STRAIGHT)
                 && directions[0].dot(directions[1]) <= APART
-                && moved.fold(0.0, f32::max) <= STILL
+                && moved <= STILL
         };
-        order.take_while(is_rest).count()
+        let count = order.take_while(is_rest).count();
+        let is_moment = (count as f64) < SHORT * clip.frame_rate() && moved < JUMP;
+        if is_moment { 0 } else { count }
     };
     let first = count(&mut (0..frames));
     match first < frames {

@@ -277,15 +277,17 @@ pub(super) fn turned(up: Up, options: &ReadOptions) -> Option<String> {
     is_found.then(|| format!("the figure stands along {name}, which is taken for up: say the axis (--up) if that is wrong"))
 }
 
+/// Whether no figure has this height in metres: it is smaller than a hand-sized creature, or higher than a house.
+fn is_no_figure(metres: f64) -> bool {
+    metres > 0.0 && !(0.1..=20.0).contains(&metres)
+}
+
 /// A note on a figure that is far from any person's height, as with a wrong scale.
 pub(super) fn doubtful_stature(skeleton: &Skeleton, clip: &Clip) -> Option<String> {
-    /// Range of plausible heights, in metres: from a hand-sized creature to one as high as a house.
-    const USUAL: RangeInclusive<f64> = 0.1..=20.0;
     let mut pose = Pose::default();
     clip.pose(0, &mut pose);
     let metres = stature(skeleton, &pose);
-    let doubtful = metres > 0.0 && !USUAL.contains(&metres);
-    doubtful.then(|| {
+    is_no_figure(metres).then(|| {
         format!(
             "the figure is {metres:.2} m high: say the metres per unit (--scale) if that is wrong"
         )
@@ -343,7 +345,9 @@ impl MotionFile {
         };
         match options.scale {
             Some(scale) => given(scale, ScaleSource::Given),
-            None if self.is_in_metres() => given(LengthUnit::Metre.metres(), ScaleSource::Format),
+            None if self.is_in_metres() && !is_no_figure(stance.stature) => {
+                given(LengthUnit::Metre.metres(), ScaleSource::Format)
+            }
             None => Scale::of_stature(stance.stature),
         }
     }
@@ -414,6 +418,11 @@ impl MotionFile {
                 (skeleton, clip) = rooted.clip(&skeleton, &clip)?;
             }
             let mut notes = self.notes();
+            if self.is_in_metres()
+                && matches!(scale.found, ScaleSource::Unit(_) | ScaleSource::Stature)
+            {
+                notes.push(format!("no figure is as large in the format's metres: 1 unit is taken for {metres} m (--scale)"));
+            }
             let file = skeleton.file_joints().into_iter();
             let beside = file.flat_map(|file| file.beside().map(str::to_owned));
             let beside: Vec<String> = beside.collect();
@@ -527,10 +536,28 @@ impl Up {
 /// Warnings about clips that are readable but suspicious, one line each.
 #[must_use]
 pub fn clip_warnings(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
-    [sides(skeleton), upright(skeleton, clips)]
-        .into_iter()
-        .flatten()
-        .collect()
+    let of_set = [sides(skeleton), upright(skeleton, clips)];
+    let of_clips = clips.iter().map(jump);
+    of_set.into_iter().chain(of_clips).flatten().collect()
+}
+
+/// Warns if the root leaves its way between two frames by more than a body can.
+fn jump(clip: &Clip) -> Option<String> {
+    /// Least distance from the place that constant velocity leads to, in metres, and acceleration, in metres per second squared.
+    const OFF: f32 = 0.3;
+    const MOST: f64 = 30.0;
+    let most = OFF.max((MOST / clip.frame_rate().powi(2)) as f32);
+    let off = |frame: &usize| {
+        let [a, b, c] = [frame - 1, *frame, frame + 1].map(|frame| clip.root(frame));
+        (a - 2.0 * b + c).length() > most
+    };
+    let frame = (1..clip.frames().saturating_sub(1)).find(off)?;
+    let (metres, at) = (clip.root(frame).distance(clip.root(frame + 1)), frame + 1);
+    let seconds = at as f64 / clip.frame_rate();
+    Some(format!(
+        "{}: the body jumps by {metres:.2} m to frame {at} ({seconds:.2} s): cut or mend the clip there",
+        clip.name()
+    ))
 }
 
 /// Warns if the names of a skeleton with limbs do not tell left from right.

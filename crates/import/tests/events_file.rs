@@ -208,16 +208,17 @@ fn a_folder_gives_its_files_by_name() {
         ("set/A.BVH", BVH),
         ("set/c.txt", ""),
         ("one.bvh", &one),
+        ("two.bvh", &one),
     ]);
-    let set = read(&folder, &["one.bvh", "set"]).unwrap();
+    let set = read(&folder, &["one.bvh", "set", "two.bvh"]).unwrap();
     let names: Vec<_> = set.clips.iter().map(Clip::name).collect();
-    assert_eq!(names, ["one.bvh", "A.BVH", "b.bvh"]);
+    assert_eq!(names, ["one.bvh", "A.BVH", "b.bvh", "two.bvh"]);
     let head = set.skeleton.joint(JointId(1));
     assert_eq!(head.offset, Vec3::new(0.0, 0.7, 0.0));
     let [single, bones] = &set.warnings[..] else {
         panic!("{:?}", set.warnings);
     };
-    assert_eq!(single, "one.bvh: a single frame is no motion");
+    assert_eq!(single, "one.bvh and 1 more: a single frame is no motion");
     assert!(bones.ends_with("bones differ by more than 1% from the first clip's: \"Head\""));
 }
 

@@ -165,15 +165,24 @@ fn clips_far_from_the_origin_are_put_there() {
     let folder = tempfile::tempdir().unwrap();
     let (plain, _) = walking();
     let first = plain.clips[0].root(0).with_y(0.0);
-    let text = with_frames(|frames| {
-        let moved = frames.into_iter().map(|row| {
-            let mut values = numbers(row);
-            (values[0], values[2]) = (values[0] + 50_000.0, values[2] - 30_000.0);
-            line(&values)
+    let moved = |name: &str, away: &dyn Fn(usize) -> [f64; 2]| {
+        let text = with_frames(|frames| {
+            let rows = frames.into_iter().enumerate().map(|(frame, row)| {
+                let (mut values, [x, z]) = (numbers(row), away(frame));
+                (values[0], values[2]) = (values[0] + x, values[2] + z);
+                line(&values)
+            });
+            rows.collect()
         });
-        moved.collect()
+        read(&written(folder.path(), name, text))
+    };
+    let torn = moved("torn.bvh", &|frame| {
+        [0.0, if frame == 9 { 80.0 } else { 0.0 }]
     });
-    let far = read(&written(folder.path(), "far.bvh", text));
+    let said = &torn.warnings[0];
+    let words = ["torn.bvh: the body jumps by 0.8", "to frame 9"];
+    assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    let far = moved("far.bvh", &|_| [50_000.0, -30_000.0]);
     let said = &far.warnings[0];
     assert!(
         said.contains("50 m from the origin") && said.contains("far.bvh"),
@@ -601,6 +610,11 @@ fn with_details(angle: f32) -> ClipSet {
     add("blade_r", "sword_r", Vec3::Z * 0.9);
     add("cape_01", "Spine", Vec3::Z * -0.1);
     add("tail_of_it", "cape_01", Vec3::Y * -0.7);
+    // Names that tell nothing: what hangs on the hips is loose, and a long bone in a hand is a weapon.
+    add("loose", "Hips", Vec3::Z * -0.2);
+    add("looser", "loose", Vec3::Y * -0.6);
+    add("item", "LeftHand", Vec3::Z * 0.1);
+    add("item_tip", "item", Vec3::Z * 0.9);
     set.skeleton = Skeleton::new(joints).unwrap();
     let count = set.skeleton.len();
     for clip in &mut set.clips {
@@ -653,7 +667,10 @@ fn fingers_and_carried_things_decide_nothing() {
         let mut spheres = body.spheres.iter();
         spheres.any(|sphere| name(sphere.joint).starts_with(part))
     };
-    assert!(on("LeftHand") && !on("sword") && !on("blade") && !on("cape") && !on("tail"));
+    assert!(on("LeftHand"));
+    for part in ["sword", "blade", "cape", "tail", "loose", "item_tip"] {
+        assert!(!on(part), "{part}");
+    }
     let plain = Body::from_bones(&walking().0.skeleton);
     let most = |body: &Body| {
         let radii = body.spheres.iter().map(|sphere| sphere.radius);
