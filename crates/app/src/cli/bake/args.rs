@@ -16,7 +16,7 @@ use super::super::numbers::number;
 #[derive(Clone, Copy, Debug, clap::Args)]
 #[command(next_help_heading = "Clips")]
 pub(crate) struct ReadArgs {
-    /// Metres per unit of the files. Default: derived from the figure's height, one for all files of a skeleton (glTF: 1).
+    /// Metres per unit of the files. Default: derived from the figure's height, one for all files of a skeleton (glTF: 1, where that makes a figure).
     #[arg(long, value_name = "METRES")]
     scale: Option<f64>,
     /// Up axis of the files: x, y, z, -x, -y or -z. Default: y, or the axis along which the figure stands.
