@@ -12,6 +12,9 @@ use crate::math::Rigid2;
 /// Time over which accelerations are measured, in seconds.
 pub(crate) const PUSH_WINDOW: f32 = 0.1;
 
+/// 0.9 g, the friction of shoes on a dry floor.
+const FRICTION: f32 = 8.8;
+
 /// Horizontal acceleration of a point, from its places at three times [`PUSH_WINDOW`] apart, in metres per second squared.
 pub(crate) fn acceleration([before, now, after]: [Vec2; 3]) -> f32 {
     (before - 2.0 * now + after).length() / (PUSH_WINDOW * PUSH_WINDOW)
@@ -51,9 +54,6 @@ pub(crate) fn quantile(values: &mut [f32], share: f32) -> Option<f32> {
     let at = ((last as f32 * share).round() as usize).min(last);
     Some(*values.select_nth_unstable_by(at, f32::total_cmp).1)
 }
-
-/// 0.9 g, the friction of shoes on a dry floor.
-const FRICTION: f32 = 8.8;
 
 /// The limit of an acceleration that the clips reach, with room for more: at least what a step needs, which a graph that only stands does
 /// not have, and at most what friction allows, or what the clips themselves do.

@@ -204,7 +204,7 @@ fn only_the_attacks_of_a_kind_are_chosen() {
     let joint = event.joints[0];
     strike(&mut game, ids[0], at, StrikeKind::Limb(joint)).unwrap();
     play(&mut game, 60);
-    let played = strikes(&play(&mut game, 60 * 15));
+    let played = strikes(&play(&mut game, 60 * 30));
     let graph = game.baked().graph();
     for (_, _, edge) in &played {
         let event = graph.event(graph.edge(*edge).event.unwrap());

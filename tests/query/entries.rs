@@ -108,7 +108,8 @@ fn an_entry_begins_where_the_motion_is_while_an_earlier_one_fades_out() {
             let left = at(seconds.next_down());
             assert!(furthest(&left, &at(seconds)) < 1e-4);
             faded = faded.max(furthest(&left, &centres(baked, &plain, seconds)));
-            assert!(kink(&motion) < kink(&plain) + 2e-3);
+            // The velocity of an offset is its mean over a frame.
+            assert!(kink(&motion) < kink(&plain) + 4e-3);
             let over = seconds + entry.blend + 1e-3;
             assert_eq!(at(over), centres(baked, &plain, over));
         }
