@@ -355,7 +355,7 @@ fn throw(characters: &mut Characters, target: CharacterId, seconds: f32) {
 fn plans_for_which_there_is_no_time_are_made_later() {
     for threads in [1, 2] {
         let mut characters = characters(CharacterSettings {
-            plan_milliseconds: 0.05,
+            plan_milliseconds: 0.2,
             threads,
             ..CharacterSettings::default()
         });
