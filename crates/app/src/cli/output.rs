@@ -45,13 +45,9 @@ impl Done {
 
     /// Writes all output at once. A closed pipe (`| head`) is not an error.
     pub(crate) fn print(self) -> Result<ExitCode, Failure> {
-        let text = match self.text.starts_with('{') {
-            true => self.text,
-            false => wrapped(&self.text),
-        };
         let mut stdout = std::io::stdout().lock();
         match stdout
-            .write_all(text.as_bytes())
+            .write_all(self.text.as_bytes())
             .and_then(|()| stdout.flush())
         {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -60,27 +56,6 @@ impl Done {
             _ => Ok(ExitCode::from(self.code)),
         }
     }
-}
-
-/// Breaks lines of more than 100 columns at spaces. Tables stay as they are.
-fn wrapped(text: &str) -> String {
-    const COLUMNS: usize = 100;
-    let mut out = String::with_capacity(text.len());
-    for line in text.split_inclusive('\n') {
-        let (mut rest, mut room) = (line, COLUMNS);
-        while !line.starts_with('|')
-            && let Some((end, letter)) = rest.char_indices().nth(room)
-            && letter != '\n'
-            && let Some(space) = rest[..end].rfind(' ')
-            && !rest[..space].trim().is_empty()
-        {
-            out.push_str(&rest[..space]);
-            out.push_str("\n  ");
-            (rest, room) = (&rest[space + 1..], COLUMNS - 2);
-        }
-        out.push_str(rest);
-    }
-    out
 }
 
 /// Bad input or usage, or a stop by Ctrl-C: one line, or one for each file that cannot be used.

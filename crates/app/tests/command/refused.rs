@@ -238,8 +238,7 @@ fn doubtful_files_are_noted() {
     assert!(!second, "{notes:?}");
     let told = sabaki(&folder, "inspect a.bvh").is(0);
     for note in notes {
-        assert!(told.stdout.replace("\n  ", " ").contains(note), "{note}");
-        assert!(told.stdout.lines().all(|line| line.len() <= 100));
+        assert!(told.stdout.contains(note), "{note}");
     }
     let told = sabaki(&folder, "inspect a.bvh --scale 1e5").is(0);
     let note = "note: the figure is 170000.00 m high";
