@@ -44,7 +44,7 @@ fn lasting(all: &[f32], frame: usize) -> f32 {
 }
 
 /// [`PUSH_WINDOW`] in frames.
-fn window(frame_rate: f64) -> usize {
+pub(crate) fn window(frame_rate: f64) -> usize {
     ((f64::from(PUSH_WINDOW) * frame_rate).round() as usize).max(1)
 }
 

@@ -15,11 +15,7 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
     const FRAMES: usize = 150;
     let legs = Leg::all(skeleton);
     let (mut roots, mut rotations) = (Vec::new(), Vec::new());
-    let rest = Pose {
-        root: Vec3::new(0.0, 0.87, 0.0),
-        rotations: vec![Quat::IDENTITY; skeleton.len()],
-        translations: Vec::new(),
-    };
+    let rest = Pose::at_rest(skeleton, Vec3::new(0.0, 0.87, 0.0));
     let joints = at_rest(skeleton, rest.root);
     let feet = [0, 1].map(|side| JointTransform {
         translation: joints[legs[side].foot.index()].translation

@@ -231,7 +231,7 @@ impl Steering {
         body.effort(moment, rate, blend, self.table.limit)
     }
 
-    /// Duration of a jump's blend of the root, in seconds: as long as the difference of velocities needs. `usual` is that of the joints.
+    /// Duration of the root's blend of a jump at a playback rate, in seconds: as long as the difference of velocities needs. `usual` is that of the joints.
     fn blend(&self, moment: &Moment, rate: f32, usual: f32, body: &Body) -> f32 {
         /// Largest acceleration while [`SteerStep::carried`] velocity fades out, in velocities per duration.
         const PEAK: f32 = 1.5;

@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use crate::anim::{Facing, JointId, JointTransform, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
-use crate::graph::push::{PUSH_WINDOW, acceleration, accelerations, humanly_possible, quantile};
+use crate::graph::push::{acceleration, accelerations, humanly_possible, quantile, window};
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance, head};
 
@@ -273,7 +273,7 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    /// Adds the moments of a clip, given the edge that plays each frame of it, and the accelerations of its root, and for each moment at which
+    /// Adds the moments of a clip, given the edge that plays each frame of it, the accelerations of its root, and for each moment at which
     /// the body stands for a while, the speed of the faster hand.
     fn add_clip(
         &mut self,
@@ -291,7 +291,7 @@ impl Table {
         let bodies = Bodies::of_clip(baked, clip);
         let frame_rate = graph.frame_rate() as f32;
         let least = (AHEAD[1] * frame_rate).round() as usize;
-        let window = (PUSH_WINDOW * frame_rate).round().max(1.0) as usize;
+        let window = window(graph.frame_rate());
         let pushes: Vec<f32> = accelerations(&bodies.centres, graph.frame_rate()).collect();
         let blended = (BLENDED * frame_rate).round() as usize;
         let mut run = 0..0;

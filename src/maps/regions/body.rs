@@ -72,8 +72,8 @@ impl Prop {
     /// or an ancestor or a descendant of one. An empty list stands for the whole body.
     #[must_use]
     pub fn takes_part(&self, skeleton: &Skeleton, joints: &[JointId]) -> bool {
-        let above = |joint: JointId, other: JointId| skeleton.ancestry(joint).any(|j| j == other);
-        let tied = |&joint: &JointId| above(self.joint, joint) || above(joint, self.joint);
+        let own = self.joint;
+        let tied = |&id: &JointId| skeleton.carries(id, own) || skeleton.carries(own, id);
         joints.is_empty() || joints.iter().any(tied)
     }
 }
@@ -131,10 +131,7 @@ impl Body {
         let is_end = |id: &JointId| limbs.hands.is_empty() || limbs.all().any(|end| end == *id);
         let ends = skeleton.ids().filter(|&id| sided(id)).filter(is_end);
         let ends: Vec<JointId> = ends.collect();
-        let has_limbs = |id: JointId| {
-            let mut ends = ends.iter();
-            ends.any(|&end| skeleton.ancestry(end).any(|joint| joint == id))
-        };
+        let has_limbs = |id: JointId| ends.iter().any(|&end| skeleton.carries(id, end));
         // Bones that meet at a joint share its sphere, which takes the largest of their radii.
         let mut at_joints = vec![0.0f32; skeleton.len()];
         for id in skeleton.ids().skip(1).filter(|id| !carried[id.index()]) {

@@ -78,7 +78,7 @@ impl BodyRows {
     #[must_use]
     pub(crate) fn with_legs(mut self, body: &Body, skeleton: &Skeleton, legs: &[Leg]) -> Self {
         let share = |sphere: &BodySphere| {
-            let carries = |leg: &&Leg| skeleton.ancestry(sphere.joint).any(|id| id == leg.hip);
+            let carries = |leg: &&Leg| skeleton.carries(leg.hip, sphere.joint);
             let Some(leg) = legs.iter().find(carries) else {
                 return 0.0;
             };
@@ -145,6 +145,7 @@ impl BodyRows {
         }
     }
 }
+
 /// Horizontal accelerations of a body's centre of mass in all clips of a graph, in metres per second squared.
 pub(crate) fn pushes(graph: &MotionGraph, body: &Body, threads: usize) -> Vec<f32> {
     let rows = BodyRows::new(body);
