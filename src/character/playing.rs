@@ -36,13 +36,21 @@ impl Playing {
         from.distance(to) / PUSH_WINDOW
     }
 
-    /// Horizontal acceleration of the root over the next moments, in metres per second squared.
+    /// Horizontal acceleration of the root now and over the next moments, in metres per second squared.
     pub(super) fn acceleration(&self, graph: &MotionGraph) -> f32 {
+        let window = PUSH_WINDOW * self.rate;
         let root = |windows: f32| {
             self.motion
-                .root(graph, self.seconds + windows * PUSH_WINDOW * self.rate)
+                .root(graph, self.seconds + windows * window)
+                .xz()
         };
-        acceleration([0.0, 1.0, 2.0].map(|windows| root(windows).xz()))
+        let [now, next, later] = [0.0, 1.0, 2.0].map(root);
+        let ahead = acceleration([now, next, later]);
+        // What was played before a jump is not known any more.
+        if self.seconds < window {
+            return ahead;
+        }
+        ahead.max(acceleration([root(-1.0), now, next]))
     }
 
     /// The highest rate at which the root accelerates no harder than `limit` over the next moments, in metres per second squared.

@@ -8,6 +8,7 @@
 //! time. Each of them moves the body a little, and over an hour these steps would add up to metres: each jump moves it a little towards its
 //! place.
 
+mod jump;
 mod memory;
 mod strikes;
 mod table;
@@ -21,6 +22,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Entry, Motion, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
+use jump::{Body, Jumps};
 use memory::SHORTLY;
 pub(super) use memory::SteerState;
 pub(super) use strikes::{Reach, Recent, StrikeTable, Target, Times};
@@ -73,17 +75,6 @@ struct Now {
     pace: Vec2,
     /// Rate at which the motion is played.
     rate: f32,
-}
-
-impl Now {
-    /// The same with the root as the centre of mass.
-    fn at_root(self) -> Self {
-        Self {
-            centre: self.stance.root.xz(),
-            pace: self.rate * self.features.velocity.xz(),
-            ..self
-        }
-    }
 }
 
 impl Steering {
@@ -160,15 +151,16 @@ impl Steering {
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
             let now = step.now(playing, moment.as_ref(), scratch);
-            let wanted = wanted(&step.aim, &now).row();
+            let wanted = wanted(&step.aim, &now, self.table.limit).row();
             let kept = current.filter(|_| !ends);
             let body = Body::new(&now, moment.as_ref());
-            if let Some(found) = self.choose(step, state, &wanted, &body, kept, is_idle) {
-                let rate = self.rate_into(found, step.settings, now.pace);
+            let jumps = Jumps::new(&self.table, step, body, step.settings.blend);
+            if let Some(found) = self.choose(&jumps, step, state, &wanted, kept, is_idle) {
+                let rate = jumps.rate(found);
                 // What stands stays where it is.
                 let blend = match is_idle {
                     true => 0.0,
-                    false => self.blend(found, rate, step.settings.blend, &body),
+                    false => jumps.blend(found, rate),
                 };
                 let mut entry = step.entry(found, &now, [rate, blend]);
                 if is_idle {
@@ -201,62 +193,43 @@ impl Steering {
         let moment = self.table.at(graph, playhead);
         let moment = moment.map(|moment| &self.table.moments[moment]);
         let now = step.now(playing, moment, scratch);
-        let body = Body::new(&now, moment);
+        let jumps = Jumps::new(
+            &self.table,
+            step,
+            Body::new(&now, moment),
+            step.settings.blend,
+        );
         let effort = |moment: &Moment| {
             let walks = moment.ahead >= WALKS;
-            walks.then(|| body.effort(moment, 1.0, step.settings.blend, self.table.limit))
+            walks.then(|| jumps.effort(moment, 1.0))
         };
-        if let Some((found, _)) = self.table.nearest(&wanted(&step.aim, &now).row(), effort) {
+        if let Some((found, _)) = self
+            .table
+            .nearest(&wanted(&step.aim, &now, self.table.limit).row(), effort)
+        {
             let found = &self.table.moments[found];
-            let played = [1.0, self.blend(found, 1.0, step.settings.blend, &body)];
+            let played = [1.0, jumps.blend(found, 1.0)];
             let entry = step.entry(found, &now, played);
             playing.enter(graph, &entry, played, &found.standing, &mut scratch.spare);
         }
-    }
-
-    /// The playback rate at which a moment's velocity is nearest to that of the body, unless the clip would then accelerate too hard.
-    fn rate_into(&self, moment: &Moment, settings: &SteerSettings, pace: Vec2) -> f32 {
-        if moment.velocity.length() <= WALKS {
-            return 1.0;
-        }
-        let nearest = pace.dot(moment.pace) / moment.pace.length_squared().max(0.01);
-        let hardest = (self.table.limit / moment.push.max(0.01)).sqrt();
-        let fastest = settings.fastest.min(hardest.max(1.0));
-        nearest.clamp(settings.slowest, fastest.max(settings.slowest))
-    }
-
-    /// [`Body::effort`] of a jump whose blend takes `blend` seconds.
-    fn effort(&self, moment: &Moment, step: &SteerStep<'_>, body: &Body, blend: f32) -> f32 {
-        let rate = self.rate_into(moment, step.settings, body.pace);
-        body.effort(moment, rate, blend, self.table.limit)
-    }
-
-    /// Duration of the root's blend of a jump at a playback rate, in seconds: as long as the difference of velocities needs. `usual` is that of the joints.
-    fn blend(&self, moment: &Moment, rate: f32, usual: f32, body: &Body) -> f32 {
-        /// Largest acceleration while [`SteerStep::carried`] velocity fades out, in velocities per duration.
-        const PEAK: f32 = 1.5;
-        let apart = body.pace.distance(rate * moment.pace);
-        let needed = PEAK * apart / spare(moment, rate, self.table.limit);
-        needed.clamp(usual, LONGEST * usual)
     }
 
     /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if it may be continued. `is_idle` says
     /// whether the character stands and should stand.
     fn choose(
         &self,
+        jumps: &Jumps<'_>,
         step: &SteerStep<'_>,
         state: &SteerState,
         wanted: &Row,
-        body: &Body,
         current: Option<usize>,
         is_idle: bool,
     ) -> Option<&Moment> {
         /// An idle character goes to what stands for so long at least, in seconds.
         const LINGERS: f32 = 0.5;
-        let blend = step.settings.blend;
         let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
             self.table.nearest(wanted, |moment| {
-                allowed(moment).then(|| self.effort(moment, step, body, blend))
+                allowed(moment).then(|| jumps.effort(moment, jumps.rate(moment)))
             })
         };
         let (gain, moments) = (step.settings.gain, &self.table.moments);
@@ -313,12 +286,14 @@ impl Steering {
             return false;
         }
         let now = step.now(playing, None, scratch);
-        let wanted = wanted(&step.aim, &now).row();
+        let wanted = wanted(&step.aim, &now, self.table.limit).row();
         let body = Body::new(&now, None);
         let cost = |exit: &Entry| {
-            let moment = self.table.at(graph, exit.playhead())?;
-            let effort = self.effort(&self.table.moments[moment], step, &body, exit.blend);
-            Some((moment, distance(&self.table.rows[moment], &wanted) + effort))
+            let index = self.table.at(graph, exit.playhead())?;
+            let moment = &self.table.moments[index];
+            let jumps = Jumps::new(&self.table, step, body, exit.blend);
+            let effort = jumps.effort(moment, jumps.rate(moment));
+            Some((index, distance(&self.table.rows[index], &wanted) + effort))
         };
         let playhead = playing.motion.playhead(graph, seconds);
         let exits = step.baked.exits(playhead, now.stance);
@@ -328,8 +303,9 @@ impl Steering {
             return false;
         };
         let moment = &self.table.moments[moment];
-        let rate = self.rate_into(moment, step.settings, now.pace);
-        let blend = self.blend(moment, rate, exit.blend, &body);
+        let jumps = Jumps::new(&self.table, step, body, exit.blend);
+        let rate = jumps.rate(moment);
+        let blend = jumps.blend(moment, rate);
         let heading = exit.clip_to_world.heading();
         let entry = Entry {
             blend: exit.blend,
@@ -410,7 +386,8 @@ impl Steering {
         } else {
             settings.turn
         };
-        let spare = (self.table.limit - playing.acceleration(graph)).max(0.0);
+        let push = moment.push * playing.rate * playing.rate;
+        let spare = (self.table.limit - playing.acceleration(graph).max(push)).max(0.0);
         let most = most.min(spare / speed.max(0.01));
         let turn = (wrapped(off) / SETTLING.max(step.dt)).clamp(-most, most);
         if turn.abs() * step.dt > 1e-6 {
@@ -531,62 +508,8 @@ impl SteerStep<'_> {
     }
 }
 
-/// Longest blend of a jump, in times of the usual one.
-const LONGEST: f32 = 2.0;
-
-/// What decides whether a body can jump to a moment.
-struct Body {
-    /// Velocity of the root in the character's frame (x, z), in metres per second.
-    pace: Vec2,
-    /// Whether each foot stands.
-    stands: [bool; Stance::LEGS],
-}
-
-impl Body {
-    /// The body as it is. `moment` is the one that it plays, if the table has it.
-    fn new(now: &Now, moment: Option<&Moment>) -> Self {
-        Self {
-            pace: now.pace,
-            stands: moment.map_or([false; Stance::LEGS], Moment::stands),
-        }
-    }
-
-    /// What a jump at a playback rate costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere,
-    /// another jump soon.
-    fn effort(&self, moment: &Moment, rate: f32, blend: f32, limit: f32) -> f32 {
-        /// Cost of a jump in which no foot stays, in squared distances of features.
-        const NO_FOOT: f32 = 6.0;
-        /// Cost of a difference of velocities beyond what a part of the spare acceleration gains within a blend, per (m/s)², and the part.
-        const PUSH: f32 = 40.0;
-        const EASY: f32 = 0.5;
-        /// Cost of a moment that has to be left at once, and the time from which on none counts, in seconds.
-        const SHORT: f32 = 3.0;
-        const SOON: f32 = 0.6;
-        let apart = self.pace.distance(rate * moment.pace);
-        let beyond = (apart - EASY * blend * spare(moment, rate, limit)).max(0.0);
-        let stands = moment.stands();
-        let flies = ![self.stands, stands].as_flattened().contains(&true);
-        let stays = flies
-            || self
-                .stands
-                .iter()
-                .zip(stands)
-                .any(|(&now, then)| now && then);
-        let short = SHORT * (1.0 - moment.left / SOON).max(0.0);
-        short + PUSH * beyond * beyond + if stays { 0.0 } else { NO_FOOT }
-    }
-}
-
-/// The acceleration that a moment, played at a rate, leaves for a blend into it.
-fn spare(moment: &Moment, rate: f32, limit: f32) -> f32 {
-    /// The least and the largest part of the limit.
-    const LEAST: f32 = 0.25;
-    const MOST: f32 = 0.5;
-    (limit - moment.push * rate * rate).clamp(LEAST * limit, MOST * limit)
-}
-
 /// The features that an aim asks for: the body's present features, and the path that it should take.
-fn wanted(aim: &Aim, now: &Now) -> Features {
+fn wanted(aim: &Aim, now: &Now, limit: f32) -> Features {
     /// Time in which speed and heading are reached, in seconds.
     const REACHED: f32 = 0.5;
     /// Fastest turn that is asked for, in radians per second.
@@ -618,7 +541,8 @@ fn wanted(aim: &Aim, now: &Now) -> Features {
                 Some(_) => direction(heading_of(aim.velocity) - heading) * speed,
             };
             let share = 1.0 - (-seconds / REACHED).exp();
-            way += start.lerp(goes, share) * dt;
+            let gained = ((goes - start) * share).clamp_length_max(limit * seconds);
+            way += (start + gained) * dt;
         }
         features.ways[index] = way;
         features.turns[index] = turn(end);

@@ -9,8 +9,9 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
+use super::jump::{Body, Jumps};
 use super::table::{Moment, PlayedBy, Row, distance, edges_by_clip, standing};
-use super::{Body, Now, SteerScratch, SteerState, SteerStep, Steering};
+use super::{Now, SteerScratch, SteerState, SteerStep, Steering};
 use crate::anim::{Facing, JointId};
 use crate::character::goal::{Aim, StrikeKind, direction, heading_of, wrapped};
 use crate::character::playing::Playing;
@@ -230,7 +231,9 @@ impl Start {
                 ahead: 0.0,
                 heading: stance.placement.heading(),
                 facing: stance.placement.heading(),
-                pace: Vec2::new(features.velocity.x, features.velocity.z),
+                pace: features.velocity.xz(),
+                root_pace: features.velocity.xz(),
+                lean: Vec2::ZERO,
                 push: 0.0,
                 root: stance.root.xz(),
                 centre: stance.root.xz(),
@@ -381,12 +384,14 @@ impl Steering {
         let current = self.table.at(graph, playhead);
         let current = current.map(|current| self.table.moments[current]);
         // The limb is looked up from the root, which stays where it is.
-        let now = step.now(playing, None, scratch).at_root();
-        let body = Body::new(&now, current.as_ref());
+        let mut now = step.now(playing, None, scratch);
+        now.centre = now.stance.root.xz();
+        let body = Body::new(&now, current.as_ref()).on_root();
+        let jumps = Jumps::new(&self.table, step, body, step.settings.blend);
         let starts = self.strikes.starts_of(kind);
         let possible = starts.filter_map(|start| {
             let (turn, off) = step.turn_to(start, &now, target)?;
-            let cost = self.cost(step, start, &body, &now, recent) + OFF * off;
+            let cost = cost(start, &jumps, &now, recent) + OFF * off;
             Some((cost, start, turn))
         });
         let Some((_, start, turn)) = possible.min_by(|a, b| a.0.total_cmp(&b.0)) else {
@@ -396,33 +401,12 @@ impl Steering {
         let moment = &start.moment;
         let heading = now.stance.placement.heading() + turn - moment.facing;
         let entry = step.entry_at(moment, heading, &now, [1.0, 0.0]);
-        let played = [1.0, self.blend(moment, 1.0, entry.blend, &body)];
+        let played = [1.0, jumps.blend(moment, 1.0)];
         playing.enter(graph, &entry, played, &moment.standing, &mut scratch.spare);
         Some(Begun {
             attack: start.attack,
             seconds: start.seconds,
         })
-    }
-
-    /// What it costs the body to come into an attack, in squared distances of features.
-    fn cost(
-        &self,
-        step: &SteerStep<'_>,
-        start: &Start,
-        body: &Body,
-        now: &Now,
-        recent: &Recent,
-    ) -> f32 {
-        /// Cost of an attack that was the last one. Earlier ones cost less.
-        const REPEATED: f32 = 40.0;
-        /// Cost of a contact that comes a second earlier than [`NOTICE`].
-        const SUDDEN: f32 = 100.0;
-        let (blend, limit) = (step.settings.blend, self.table.limit);
-        let sudden = SUDDEN * (NOTICE - start.seconds.contact).max(0.0);
-        let repeated = recent.iter().position(|&attack| attack == start.attack);
-        let repeated = repeated.map_or(0.0, |age| REPEATED / (1 + age) as f32);
-        let effort = body.effort(&start.moment, 1.0, blend, limit);
-        distance(&start.row, &now.features.row()) + effort + repeated + sudden
     }
 
     /// From where the attack reaches for which the character has to go and turn least.
@@ -452,6 +436,19 @@ impl Steering {
         let least = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(least.1)
     }
+}
+
+/// What it costs the body to come into an attack, in squared distances of features.
+fn cost(start: &Start, jumps: &Jumps<'_>, now: &Now, recent: &Recent) -> f32 {
+    /// Cost of an attack that was the last one. Earlier ones cost less.
+    const REPEATED: f32 = 40.0;
+    /// Cost of a contact that comes a second earlier than [`NOTICE`].
+    const SUDDEN: f32 = 100.0;
+    let sudden = SUDDEN * (NOTICE - start.seconds.contact).max(0.0);
+    let repeated = recent.iter().position(|&attack| attack == start.attack);
+    let repeated = repeated.map_or(0.0, |age| REPEATED / (1 + age) as f32);
+    let effort = jumps.effort(&start.moment, 1.0);
+    distance(&start.row, &now.features.row()) + effort + repeated + sudden
 }
 
 impl SteerStep<'_> {

@@ -13,6 +13,7 @@ use crate::character::goal::wrapped;
 use crate::graph::push::{acceleration, accelerations, humanly_possible, quantile, window};
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance, head};
+use crate::math::Rigid2;
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 32;
@@ -63,6 +64,10 @@ pub(super) struct Moment {
     pub centre: Vec2,
     /// Velocity of the centre of mass in this frame, in the character's frame (x, z), in metres per second.
     pub pace: Vec2,
+    /// Velocity of the root, likewise.
+    pub root_pace: Vec2,
+    /// From the root to the centre of mass, in the character's frame (x, z), in metres.
+    pub lean: Vec2,
     /// Largest horizontal acceleration of the centre of mass from here on, while a blend into the moment lasts, in metres per second squared.
     pub push: f32,
     /// Position of the root in the space of the clip (x, z).
@@ -97,6 +102,11 @@ pub(super) struct Table {
     pub calm: f32,
     /// Horizontal acceleration that the clips reach where they stand, walk and run, in metres per second squared.
     pub limit: f32,
+    /// The hardest push: the horizontal acceleration of the centre of mass that few frames exceed, in metres per second squared.
+    pub hardest: f32,
+    frame_rate: f32,
+    /// Centres of mass of each clip's frames (x, z), from the clip's first on.
+    centres: Vec<Vec2>,
     /// Index of each clip frame's moment, from the clip's first on; `u32::MAX` for none.
     index: Vec<u32>,
     first: Vec<u32>,
@@ -193,13 +203,18 @@ impl Table {
     /// All moments of a graph.
     pub(super) fn new(baked: &BakedGraph) -> Self {
         let graph = baked.graph();
-        let mut table = Self::default();
-        let (mut accelerations, mut hands) = (Vec::new(), Vec::new());
+        let mut table = Self {
+            frame_rate: graph.frame_rate() as f32,
+            ..Self::default()
+        };
+        let (mut accelerations, mut pushes, mut hands) = (Vec::new(), Vec::new(), Vec::new());
         for (clip, edges) in (0..).map(ClipId).zip(&edges_by_clip(graph)) {
-            table.add_clip(baked, clip, edges, &mut accelerations, &mut hands);
+            let found = [&mut accelerations, &mut pushes];
+            table.add_clip(baked, clip, edges, found, &mut hands);
         }
         table.boxes = table.rows.chunks(BOXED).map(box_around).collect();
-        table.limit = limit(accelerations);
+        table.limit = limit(accelerations, 0.93);
+        table.hardest = limit(pushes, 0.999);
         table.add_calm_times(&hands, (1.0 / graph.frame_rate()) as f32);
         table
     }
@@ -260,6 +275,24 @@ impl Table {
         best
     }
 
+    /// Where the centre of mass goes from a moment on, in the character's frame (x, z), by the time in seconds of the clip. Beyond the end of the
+    /// clip it goes on as there.
+    pub(super) fn track<'a>(&'a self, moment: &Moment) -> impl Fn(f32) -> Vec2 + 'a {
+        let first = self.first[moment.clip.index()] as usize;
+        let last = self.first.get(moment.clip.index() + 1);
+        let last = last.map_or(self.centres.len(), |&next| next as usize) - 1;
+        let start = first + moment.frame as usize;
+        let inverse = Rigid2::new(-moment.facing, 0.0, 0.0);
+        let (centres, frame_rate) = (&self.centres, self.frame_rate);
+        move |seconds| {
+            let at = start as f32 + seconds * frame_rate;
+            let from = (at as usize).min(last.saturating_sub(1));
+            let [from_centre, to] = [from, (from + 1).min(last)].map(|frame| centres[frame]);
+            let way = from_centre + (to - from_centre) * (at - from as f32) - centres[start];
+            inverse.vector(Vec3::new(way.x, 0.0, way.y)).xz()
+        }
+    }
+
     /// The moment at a playhead, or `None` if the table has none there.
     pub(super) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> Option<usize> {
         let edge = graph.edge(playhead.edge);
@@ -273,14 +306,14 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    /// Adds the moments of a clip, given the edge that plays each frame of it, the accelerations of its root, and for each moment at which
-    /// the body stands for a while, the speed of the faster hand.
+    /// Adds the moments of a clip, given the edge that plays each frame of it, the accelerations of its root and of the centre of mass, and for
+    /// each moment at which the body stands for a while, the speed of the faster hand.
     fn add_clip(
         &mut self,
         baked: &BakedGraph,
         clip: ClipId,
         edges: &PlayedBy,
-        of_roots: &mut Vec<f32>,
+        [of_roots, of_centres]: [&mut Vec<f32>; 2],
         hands: &mut Vec<Option<f32>>,
     ) {
         let graph = baked.graph();
@@ -293,6 +326,7 @@ impl Table {
         let least = (AHEAD[1] * frame_rate).round() as usize;
         let window = window(graph.frame_rate());
         let pushes: Vec<f32> = accelerations(&bodies.centres, graph.frame_rate()).collect();
+        self.centres.extend(&bodies.centres);
         let blended = (BLENDED * frame_rate).round() as usize;
         let mut run = 0..0;
         for frame in 0..frames {
@@ -320,7 +354,11 @@ impl Table {
             let ends = [frame, frame + window, frame + 2 * window];
             if ends[2] <= frame + left {
                 of_roots.push(acceleration(ends.map(|at| posed[at].root.xz())));
+                of_centres.push(pushes[frame]);
             }
+            let placement = posed[frame].placement;
+            let root = posed[frame].root.xz();
+            let lean = bodies.centres[frame] - root;
             self.index[start + frame] = self.moments.len() as u32;
             self.rows.push(features.row());
             self.moments.push(Moment {
@@ -332,7 +370,12 @@ impl Table {
                 velocity,
                 ahead: features.ways[AHEAD.len() - 1].length() / AHEAD[AHEAD.len() - 1],
                 heading,
-                facing: posed[frame].placement.heading(),
+                facing: placement.heading(),
+                root_pace: features.velocity.xz(),
+                lean: placement
+                    .inverse()
+                    .vector(Vec3::new(lean.x, 0.0, lean.y))
+                    .xz(),
                 centre: bodies.centres[frame],
                 pace: pace(
                     &posed[frame],
@@ -343,7 +386,7 @@ impl Table {
                     .iter()
                     .take(blended)
                     .fold(0.0, |most, push| push.max(most)),
-                root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
+                root,
                 toes: posed[frame].toes.map(|toe| Vec2::new(toe.x, toe.z)),
                 standing: standing(graph, clip, frame as u32),
                 calm_for: 0.0,
@@ -451,11 +494,9 @@ impl Bodies {
     }
 }
 
-/// The acceleration that few of some accelerations exceed, within what friction allows, in metres per second squared.
-fn limit(mut accelerations: Vec<f32>) -> f32 {
-    /// The share of them that is below it.
-    const SHARE: f32 = 0.93;
-    humanly_possible(quantile(&mut accelerations, SHARE).unwrap_or(0.0), 1.0)
+/// The acceleration that a share of some accelerations does not exceed, within what friction allows, in metres per second squared.
+fn limit(mut accelerations: Vec<f32>, share: f32) -> f32 {
+    humanly_possible(quantile(&mut accelerations, share).unwrap_or(0.0), 1.0)
 }
 
 /// Features of a frame of a run, which has at least one frame more. Beyond its end the body goes on as in the time of the first of

@@ -271,16 +271,23 @@ impl Inertia {
     }
 
     /// Holds feet where they are, unless they are too far from where they belong. `standing` has for each leg whose foot stands the time since the
-    /// cut when it is lifted, in seconds. A foot that alone carries the body takes no step.
+    /// cut when it is lifted, in seconds. Where all would take a step, the one that has the shortest way carries the body meanwhile.
     pub(crate) fn hold_feet(&mut self, standing: &[Option<f32>]) {
-        let most = match standing.iter().flatten().count() {
-            1 => HeldFoot::MOST,
-            _ => HeldFoot::NEAR,
-        };
-        for (foot, until) in self.feet.iter_mut().zip(standing) {
-            if let Some(until) = *until {
-                foot.hold(until, most);
+        let feet = self.feet.iter_mut().zip(standing);
+        let standing = feet.filter_map(|(foot, until)| Some((foot, (*until)?)));
+        let way = |foot: &FootDecay| foot.place.value.with_y(0.0).length();
+        let mut nearest: Option<(&mut FootDecay, f32)> = None;
+        for (foot, until) in standing {
+            foot.hold(until, HeldFoot::NEAR);
+            if nearest
+                .as_ref()
+                .is_none_or(|(other, _)| way(foot) < way(other))
+            {
+                nearest = Some((foot, until));
             }
+        }
+        if let Some((foot, until)) = nearest {
+            foot.hold(until, HeldFoot::MOST);
         }
     }
 
@@ -493,7 +500,7 @@ impl HeldFoot {
     /// Time in which the offset of a lifted foot fades out, in seconds.
     const RELEASE: f32 = 0.25;
     /// Longest offset of a foot, and of one that can take a step, in metres.
-    const MOST: f32 = 0.25;
+    pub(crate) const MOST: f32 = 0.25;
     const NEAR: f32 = 0.15;
     /// Fastest foot that stops where it is, in metres per second.
     const SLOW: f32 = 0.5;
