@@ -96,6 +96,11 @@ impl PushTest {
 
     /// Whether a transition is too hard. `align` leads from the space of its target to that of its source.
     pub(crate) fn is_too_hard(&self, transition: &Transition, align: Rigid2) -> bool {
+        self.share(transition, align) > 1.0
+    }
+
+    /// How hard the body pushes in a transition, as a share of the limit.
+    pub(crate) fn share(&self, transition: &Transition, align: Rigid2) -> f32 {
         let &Transition {
             source_frame,
             target_frame,
@@ -115,7 +120,7 @@ impl PushTest {
         let after = after.map(|&middle| align.point(middle));
         let way = before.iter().copied().chain(blended).chain(after);
         let way: Vec<Vec2> = way.map(|middle| middle.xz()).collect();
-        accelerations(&way, self.frame_rate).any(|found| found > self.limit)
+        accelerations(&way, self.frame_rate).fold(0.0, f32::max) / self.limit
     }
 }
 

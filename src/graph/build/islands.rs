@@ -367,9 +367,11 @@ struct IslandSearch<'a> {
 }
 
 impl IslandSearch<'_> {
-    /// The closest links to the island, or from it, at most one of each clip, the closest first. A blend takes longer if the body would push too
-    /// hard, and links in which it does anyway are only taken if there are no others.
+    /// The closest links to the island, or from it, at most one of each clip, the closest first. A blend takes longer if the body pushes less hard
+    /// then, and links in which it pushes too hard anyway are only taken if there are no others.
     fn links(&self, leads_in: bool) -> Vec<Transition> {
+        /// The share of the limit up to which the body pushes easily.
+        const EASY: f32 = 0.4;
         let (space, clip) = (self.space, self.island.clip);
         let window = space.lengths.window;
         // First frames of the windows of the island: those that end with its first frame, or begin after its last one; of a loop all.
@@ -384,7 +386,8 @@ impl IslandSearch<'_> {
         };
         let rows = space.input.clouds[clip].part(first..first + length + window - 1);
         let rows = Windows::new(&rows, window);
-        let is_gentle = |link: &Transition| !self.push.is_too_hard(link, space.input.align(link));
+        let push = |link: &Transition| self.push.share(link, space.input.align(link));
+        let is_gentle = |link: &Transition| push(link) <= 1.0;
         let mut links: Vec<Transition> = Vec::new();
         for other in 0..space.input.clouds.len() {
             let columns = &space.input.windows[other];
@@ -406,8 +409,9 @@ impl IslandSearch<'_> {
                 let shortest = space.lengths.blend(square.sqrt(), available)?;
                 let (clips, places) = ([source.0, target.0], [source.1, target.1]);
                 let link = |frames| transition(space.input, clips, places, frames);
-                let mut longer = (shortest..=available).map(link);
-                longer.find(is_gentle).or_else(|| Some(link(shortest)))
+                let longer = (shortest..=available).map(link);
+                let pushes = longer.map(|link| (push(&link).max(EASY), link));
+                Some(pushes.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
             });
             links.extend(found);
         }
