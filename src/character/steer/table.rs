@@ -36,7 +36,7 @@ const RESTING: f32 = 0.5;
 /// Inverse of the difference that counts as 1, for: displacement and turn at each of [`AHEAD`], position and velocity of a foot, velocity
 /// and height of the root.
 const WEIGHTS: ([f32; 3], [f32; 3], f32, f32, f32, f32) =
-    ([12.0, 8.0, 9.0], [4.0, 3.0, 2.0], 5.0, 0.7, 1.5, 10.0);
+    ([12.0, 8.0, 9.0], [4.0, 3.0, 2.0], 8.0, 1.0, 1.5, 10.0);
 
 /// Time after a moment in which a blend into it adds to what the clip accelerates, in seconds.
 const BLENDED: f32 = 0.3;
