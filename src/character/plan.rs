@@ -6,6 +6,7 @@
 
 use std::hash::{Hash, Hasher};
 
+use glam::Vec2;
 use glam::Vec3Swizzles;
 use rustc_hash::FxHasher;
 use serde::{Deserialize, Serialize};
@@ -583,7 +584,7 @@ impl CharacterState {
         let mut rest = scratch.motion();
         rest.clone_from(&self.playing.motion);
         rest.leave_behind(graph, planning.moment.seconds);
-        if rest.retime(self.playing.rate) {
+        if self.playing.drift == Vec2::ZERO && rest.retime(self.playing.rate) {
             return rest;
         }
         self.continued(planning, rest).0
@@ -598,10 +599,12 @@ impl CharacterState {
             .motion
             .warp()
             .is_some_and(|warp| warp.acts_at(moment.seconds));
-        let is_blended = self.playing.rate != 1.0 || bent != is_bent(&motion);
+        let is_steered = self.playing.rate != 1.0 || self.playing.drift != Vec2::ZERO;
+        let is_blended = is_steered || bent != is_bent(&motion);
         if is_blended {
             let played = self.playing.played_until(moment.seconds);
-            motion.blend_on_feet(world.baked.graph(), played, [BLEND, ROOT_BLEND], &[]);
+            let drift = self.playing.drift;
+            motion.blend_on_feet(world.baked.graph(), played, [BLEND, ROOT_BLEND], drift, &[]);
         }
         (motion, is_blended)
     }

@@ -12,6 +12,9 @@ pub(super) struct Playing {
     pub seconds: f32,
     /// Rate at which the motion's time passes.
     pub rate: f32,
+    /// Velocity over the ground (x, z) that steering adds to that of the motion, in metres per second: strides are shorter or longer than in the
+    /// clips.
+    pub drift: Vec2,
 }
 
 impl Playing {
@@ -20,6 +23,7 @@ impl Playing {
             motion,
             seconds: 0.0,
             rate: 1.0,
+            drift: Vec2::ZERO,
         }
     }
 
@@ -120,7 +124,7 @@ impl Playing {
             ..self.played_until(self.seconds)
         };
         let blends = [entry.blend, root_blend].map(|seconds| seconds * rate);
-        spare.blend_on_feet(graph, played, blends, standing);
+        spare.blend_on_feet(graph, played, blends, Vec2::ZERO, standing);
         std::mem::swap(&mut self.motion, spare);
         (self.seconds, self.rate) = (0.0, rate);
     }

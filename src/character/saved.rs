@@ -25,7 +25,7 @@ use crate::math::parallel::lock;
 
 const GAME: [u8; 8] = *b"sabgame\n";
 const CHARACTER: [u8; 8] = *b"sabchar\n";
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 

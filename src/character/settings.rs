@@ -133,7 +133,7 @@ impl Default for SteerSettings {
             interval: 0.15,
             blend: 0.3,
             gain: 1.5,
-            slowest: 0.8,
+            slowest: 0.7,
             fastest: 1.25,
             turn: 2.6,
             standing_turn: 0.8,

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
@@ -138,7 +138,7 @@ impl CharacterState {
         let playing = &self.playing;
         let root = |seconds: f32| playing.motion.root(baked.graph(), seconds);
         let moved = root(playing.seconds + MOMENT) - root(playing.seconds);
-        moved * (playing.rate / MOMENT)
+        moved * (playing.rate / MOMENT) + Vec3::new(playing.drift.x, 0.0, playing.drift.y)
     }
 
     /// Begins a pending motion whose time has come. Returns [`CharacterState::urgency`].
@@ -167,6 +167,8 @@ impl CharacterState {
             *centre = by.point(*centre);
         }
         self.steer.move_by(by);
+        let drift = self.playing.drift;
+        self.playing.drift = by.vector(Vec3::new(drift.x, 0.0, drift.y)).xz();
         let way = from.distance(by.point(from)) + by.heading().abs();
         self.has_moved(way, now, most);
     }

@@ -353,12 +353,17 @@ impl Steering {
         Some(motion)
     }
 
-    /// Turns the played motion towards the aim, and sets its rate. What the motion itself accelerates leaves less for both.
+    /// Turns the played motion towards the aim, and sets its rate and the length of its strides. What the motion itself accelerates leaves less for
+    /// them.
     fn turn(&self, step: &SteerStep<'_>, playing: &mut Playing) {
         /// Time in which an error is removed, in seconds.
         const SETTLING: f32 = 0.12;
         /// Fastest change of the rate, per second.
         const RATE_CHANGE: f32 = 1.0;
+        /// The shortest and the longest stride, in strides of the clip, and how fast the velocity changes for it, in metres per second squared.
+        const SHORTEST: f32 = 0.6;
+        const LONGEST: f32 = 1.1;
+        const STRIDE_CHANGE: f32 = 2.0;
         /// The acceleration up to which a motion is played faster than it is, in limits.
         const FASTER: f32 = 1.1;
         let (graph, settings) = (step.baked.graph(), step.settings);
@@ -366,6 +371,7 @@ impl Steering {
         let Some(moment) = self.table.at(graph, playhead) else {
             let change = RATE_CHANGE * step.dt;
             playing.rate += (1.0 - playing.rate).clamp(-change, change);
+            playing.drift = Vec2::ZERO;
             return;
         };
         playing.take_rate(graph);
@@ -390,17 +396,6 @@ impl Steering {
         let spare = (self.table.limit - playing.acceleration(graph).max(push)).max(0.0);
         let most = most.min(spare / speed.max(0.01));
         let turn = (wrapped(off) / SETTLING.max(step.dt)).clamp(-most, most);
-        if turn.abs() * step.dt > 1e-6 {
-            let toes = moment.toes.into_iter().zip(moment.standing);
-            let standing = toes.enumerate().filter_map(|(leg, (toe, lifted))| {
-                let toe = playhead.clip_to_world.point(Vec3::new(toe.x, 0.0, toe.y));
-                Some((leg, toe, lifted?))
-            });
-            let seconds = playing.seconds;
-            playing
-                .motion
-                .turn_on_feet(graph, seconds, turn * step.dt, standing);
-        }
         let mut rate = match moves {
             true => (wanted / speed).clamp(settings.slowest, settings.fastest),
             false => 1.0,
@@ -413,6 +408,27 @@ impl Steering {
         let spare = (spare - turn.abs() * speed).max(0.0);
         let change = RATE_CHANGE.min(spare / speed.max(0.01)) * step.dt;
         playing.rate += (rate - playing.rate).clamp(-change, change);
+        let stride = match moves {
+            true => (wanted / (rate * speed)).clamp(SHORTEST, LONGEST),
+            false => 1.0,
+        };
+        let velocity =
+            playhead
+                .clip_to_world
+                .vector(Vec3::new(moment.velocity.x, 0.0, moment.velocity.y));
+        let drift = velocity.xz() * (playing.rate * (stride - 1.0));
+        let change = STRIDE_CHANGE.min(spare) * step.dt;
+        playing.drift += (drift - playing.drift).clamp_length_max(change);
+        let by = (turn * step.dt, playing.drift * step.dt);
+        if by.0.abs() > 1e-6 || by.1.length_squared() > 1e-12 {
+            let toes = moment.toes.into_iter().zip(moment.standing);
+            let standing = toes.enumerate().filter_map(|(leg, (toe, lifted))| {
+                let toe = playhead.clip_to_world.point(Vec3::new(toe.x, 0.0, toe.y));
+                Some((leg, toe, lifted?))
+            });
+            let seconds = playing.seconds;
+            playing.motion.move_on_feet(graph, seconds, by, standing);
+        }
     }
 }
 

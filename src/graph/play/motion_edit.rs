@@ -6,7 +6,7 @@ use crate::graph::play::inertia::{Entry, EntryScratch, Inertia};
 use crate::graph::play::motion::{Motion, Piece};
 use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// A blend that motions have taken over from an earlier one.
 #[derive(Clone, Debug, Default)]
@@ -185,18 +185,18 @@ impl Motion {
         (!held.moves_body(seconds)).then(|| (held.feet_moved(seconds), until))
     }
 
-    /// Turns the motion about its root at `seconds`, while some feet stay where they stand. `standing` has of each leg that stands the position of
-    /// its toe in the world, and the time until it is lifted, in seconds.
-    pub(crate) fn turn_on_feet(
+    /// Turns the motion about its root at `seconds`, and moves it over the ground (x, z), while some feet stay where they stand. `standing` has of
+    /// each leg that stands the position of its toe in the world, and the time until it is lifted, in seconds.
+    pub(crate) fn move_on_feet(
         &mut self,
         graph: &MotionGraph,
         seconds: f32,
-        turn: f32,
+        (turn, way): (f32, Vec2),
         standing: impl Iterator<Item = (usize, Vec3, f32)>,
     ) {
         let root = self.root(graph, seconds);
         let back = Rigid2::new(0.0, -root.x, -root.z);
-        let by = Rigid2::new(turn, root.x, root.z) * back;
+        let by = Rigid2::new(turn, root.x + way.x, root.z + way.y) * back;
         self.transform(by);
         let last = self.inertias().len().checked_sub(1);
         let lasting = last.filter(|&last| self.inertias[last].lasts(seconds));
@@ -378,16 +378,18 @@ impl Motion {
     /// Starts in the pose of `played`, with its velocity. The offset from it fades out within `blend` seconds. An earlier blend at the start is
     /// replaced.
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
-        self.blend_on_feet(graph, played, [blend; 2], &[]);
+        self.blend_on_feet(graph, played, [blend; 2], Vec2::ZERO, &[]);
     }
 
     /// Like [`Motion::blend_from`], but the offset of the root's position fades out within `blends[1]` seconds. `standing` has for each leg whose
-    /// foot stands at the start the time when it is lifted, in seconds: until then it stays where it was.
+    /// foot stands at the start the time when it is lifted, in seconds: until then it stays where it was. `drift` is a velocity over the ground
+    /// (x, z) that the played motion had besides its own, in metres per second.
     pub(crate) fn blend_on_feet(
         &mut self,
         graph: &MotionGraph,
         played: Played<'_>,
         blends: [f32; 2],
+        drift: Vec2,
         standing: &[Option<f32>],
     ) {
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -395,6 +397,7 @@ impl Motion {
         scratch.step = step;
         let later = [played.seconds, played.seconds + step * played.rate];
         played.motion.sample_both(graph, later, &mut scratch.from);
+        scratch.from[1].root += step * Vec3::new(drift.x, 0.0, drift.y);
         self.blend_from_scratch(graph, scratch, blends[0], |inertia| {
             inertia.slow_root(blends[1]);
             if !standing.is_empty() {
