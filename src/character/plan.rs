@@ -95,7 +95,7 @@ struct LeastHarm {
 const BLEND: f32 = 0.2;
 
 /// The same of the root's position, so that the body does not push off for it.
-const ROOT_BLEND: f32 = 0.5;
+const ROOT_BLEND: f32 = 0.8;
 
 /// Time before the contact at which evasions start in the second attempt, after no early evasion avoids the threats, in seconds.
 const LATE: f32 = 0.2;
