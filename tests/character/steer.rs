@@ -1,10 +1,12 @@
 //! Promise: characters do what their goals ask, without labelled events, and an id names one character alone.
 
 use std::f32::consts::TAU;
+use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
-use sabaki::anim::Pose;
+use sabaki::anim::{Leg, Pose, forward_kinematics};
 use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal};
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 
 use super::world::{self, FRAME, characters, game, play, way};
@@ -78,6 +80,48 @@ fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
         }
     }
 }
+
+/// With the rate of the clips, only the strides can make it slower.
+fn strides_get_shorter_on_feet_that_stay(baked: &BakedGraph) {
+    let mut settings = CharacterSettings::default();
+    (settings.steer.slowest, settings.steer.fastest) = (1.0, 1.0);
+    let mut characters = Characters::new(Arc::new(baked.clone()), settings).unwrap();
+    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    let mut measured = |speed: f32| {
+        characters.steer(id, walk(0.0, speed)).unwrap();
+        play(&mut characters, 240);
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let mut toes = Vec::new();
+        let graph = baked.graph();
+        let from = characters.place(id).unwrap().ground();
+        for _ in 0..360 {
+            play(&mut characters, 1);
+            characters.local_pose(id, &mut pose).unwrap();
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            let legs = graph.feet().legs().iter();
+            let toe = |leg: &Leg| joints[leg.toe_or_foot().index()].translation;
+            toes.push(legs.map(toe).collect::<Vec<Vec3>>());
+        }
+        let slower = |frames: &[Vec<Vec3>]| {
+            let both = frames[0].iter().zip(&frames[1]);
+            both.map(|(a, b)| a.distance(*b) / FRAME)
+                .fold(f32::INFINITY, f32::min)
+        };
+        let mut slide: Vec<f32> = toes.windows(2).map(slower).collect();
+        slide.sort_by(f32::total_cmp);
+        let way = characters.place(id).unwrap().ground() - from;
+        (way.length() / 6.0, slide[slide.len() / 2])
+    };
+    let (natural, slide) = measured(1.2);
+    let (slow, slow_slide) = measured(0.75 * natural);
+    println!("{natural} {slide} {slow} {slow_slide}");
+    assert!(
+        (slow / (0.75 * natural) - 1.0).abs() < 0.1,
+        "{natural} m/s, then {slow}"
+    );
+    assert!(slow_slide < slide + 0.03, "{slide} m/s, then {slow_slide}");
+}
+on_both!(strides_get_shorter_on_feet_that_stay);
 
 #[test]
 fn a_character_turns_to_a_heading() {
