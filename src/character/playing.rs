@@ -40,8 +40,9 @@ impl Playing {
         from.distance(to) / PUSH_WINDOW
     }
 
-    /// Horizontal acceleration of the root now and over the next moments, in metres per second squared.
-    pub(super) fn acceleration(&self, graph: &MotionGraph) -> f32 {
+    /// Speed of the root over the ground, in metres per second, and its horizontal acceleration now and over the next moments, in metres per second
+    /// squared.
+    pub(super) fn momentum(&self, graph: &MotionGraph) -> (f32, f32) {
         let window = PUSH_WINDOW * self.rate;
         let root = |windows: f32| {
             self.motion
@@ -49,12 +50,15 @@ impl Playing {
                 .xz()
         };
         let [now, next, later] = [0.0, 1.0, 2.0].map(root);
-        let ahead = acceleration([now, next, later]);
+        let (speed, ahead) = (
+            now.distance(next) / PUSH_WINDOW,
+            acceleration([now, next, later]),
+        );
         // What was played before a jump is not known any more.
         if self.seconds < window {
-            return ahead;
+            return (speed, ahead);
         }
-        ahead.max(acceleration([root(-1.0), now, next]))
+        (speed, ahead.max(acceleration([root(-1.0), now, next])))
     }
 
     /// The highest rate at which the root accelerates no harder than `limit` over the next moments, in metres per second squared.

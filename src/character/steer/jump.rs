@@ -195,7 +195,7 @@ impl<'a> Jumps<'a> {
         const PUSH: f32 = 4.0;
         const TOO_HARD: f32 = 40.0;
         /// Cost of a moment that has to be left at once, and the time from which on none counts, in seconds.
-        const SHORT: f32 = 3.0;
+        const SHORT: f32 = 12.0;
         const SOON: f32 = 0.6;
         let (blend, push) = self.gentlest(moment, rate);
         let hardest = self.table.hardest;

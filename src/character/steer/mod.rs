@@ -368,8 +368,10 @@ impl Steering {
         const FASTER: f32 = 1.1;
         let (graph, settings) = (step.baked.graph(), step.settings);
         let playhead = playing.motion.playhead(graph, playing.seconds);
+        let (pace, acceleration) = playing.momentum(graph);
         let Some(moment) = self.table.at(graph, playhead) else {
-            let change = RATE_CHANGE * step.dt;
+            let spare = (self.table.limit - acceleration).max(0.0);
+            let change = RATE_CHANGE.min(spare / pace.max(0.01)) * step.dt;
             playing.rate += (1.0 - playing.rate).clamp(-change, change);
             playing.drift = Vec2::ZERO;
             return;
@@ -393,8 +395,9 @@ impl Steering {
             settings.turn
         };
         let push = moment.push * playing.rate * playing.rate;
-        let spare = (self.table.limit - playing.acceleration(graph).max(push)).max(0.0);
-        let most = most.min(spare / speed.max(0.01));
+        let pace = pace.max(speed);
+        let spare = (self.table.limit - acceleration.max(push)).max(0.0);
+        let most = most.min(spare / pace.max(0.01));
         let turn = (wrapped(off) / SETTLING.max(step.dt)).clamp(-most, most);
         let mut rate = match moves {
             true => (wanted / speed).clamp(settings.slowest, settings.fastest),
@@ -405,8 +408,8 @@ impl Steering {
             let fastest = playing.fastest(graph, FASTER * self.table.limit);
             rate = rate.min(fastest.max(least));
         }
-        let spare = (spare - turn.abs() * speed).max(0.0);
-        let change = RATE_CHANGE.min(spare / speed.max(0.01)) * step.dt;
+        let spare = (spare - turn.abs() * pace).max(0.0);
+        let change = RATE_CHANGE.min(spare / pace.max(0.01)) * step.dt;
         playing.rate += (rate - playing.rate).clamp(-change, change);
         let stride = match moves {
             true => (wanted / (rate * speed)).clamp(SHORTEST, LONGEST),

@@ -213,7 +213,7 @@ impl Table {
             table.add_clip(baked, clip, edges, found, &mut hands);
         }
         table.boxes = table.rows.chunks(BOXED).map(box_around).collect();
-        table.limit = limit(accelerations, 0.93);
+        table.limit = limit(accelerations, 0.96);
         table.hardest = limit(pushes, 0.999);
         table.add_calm_times(&hands, (1.0 / graph.frame_rate()) as f32);
         table

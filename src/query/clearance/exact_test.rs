@@ -353,7 +353,7 @@ mod tests {
             seconds: 0.0,
             rate: 1.0,
         };
-        before.blend_on_feet(graph, played, [0.2, 0.3], &[Some(3.0); 2]);
+        before.blend_on_feet(graph, played, [0.2, 0.3], Vec2::ZERO, &[Some(3.0); 2]);
         let mut motion = Motion::new(graph, start, &[]);
         motion.continue_blend(&before, 0.5);
         motion.extend(graph, 3.0);
