@@ -603,7 +603,11 @@ impl CharacterState {
         let is_blended = is_steered || bent != is_bent(&motion);
         if is_blended {
             let played = self.playing.played_until(moment.seconds);
-            let drift = self.playing.drift;
+            // Until an answer that comes later, the motion has no drift.
+            let drift = match moment.at <= world.now {
+                true => self.playing.drift,
+                false => Vec2::ZERO,
+            };
             motion.blend_on_feet(world.baked.graph(), played, [BLEND, ROOT_BLEND], drift, &[]);
         }
         (motion, is_blended)

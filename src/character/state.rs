@@ -191,6 +191,8 @@ impl CharacterState {
 
     /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
     fn steer(&mut self, world: &World<'_>, worker: &mut Worker, may_search: bool) {
+        // What steering adds to the motion ends with it.
+        let drift = std::mem::take(&mut self.playing.drift);
         let strike = self.strike;
         if let Some(strike) = strike {
             if world.now < strike.until {
@@ -233,6 +235,7 @@ impl CharacterState {
         }
         let (playing, state) = (&mut self.playing, &mut self.steer);
         let before = playing.seconds;
+        playing.drift = drift;
         steering.step(&step, playing, state, &mut worker.steer);
         if matches!(self.goal, Goal::Strike { .. }) {
             state.stay_ready(world.settings.steer.interval, may_search);

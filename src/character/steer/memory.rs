@@ -100,6 +100,11 @@ impl SteerState {
         self.progress += (along - self.progress) * (dt / LATELY).min(1.0);
     }
 
+    /// Whether the character hardly comes along its aim.
+    pub(super) fn is_stuck(&self, wanted: Vec2) -> bool {
+        self.progress < 0.5 * wanted.length()
+    }
+
     /// Whether a search that is needed may be made in this step. Otherwise it is made soon.
     pub(super) fn may_search(&mut self, may: bool) -> bool {
         if !may {

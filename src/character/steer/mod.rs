@@ -34,6 +34,9 @@ const MOST_RETURN: f32 = 0.02;
 /// Speed above which a character walks, in metres per second.
 const WALKS: f32 = 0.3;
 
+/// Time in which a character that hardly moves is not searched for again after it has begun to, in seconds.
+const STARTING: f32 = 0.6;
+
 /// Scratch of steering.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SteerScratch {
@@ -171,6 +174,10 @@ impl Steering {
                 }
                 let spare = &mut scratch.spare;
                 playing.enter(graph, &entry, [rate, blend], &found.standing, spare);
+                // What begins slowly would be left for another beginning.
+                if state.is_stuck(step.aim.velocity) {
+                    state.search_in = STARTING.max(step.settings.interval);
+                }
             }
         }
         // One of many that stand and are to walk does not turn before its search.
@@ -255,7 +262,7 @@ impl Steering {
         let found = found.map(|(found, _)| &moments[found]);
         // Standing, or steps to and fro, may stay nearly as similar to the aim as a walk, for as long as that is the aim.
         let wanted = step.aim.velocity.length();
-        let is_stuck = state.progress < 0.5 * wanted;
+        let is_stuck = state.is_stuck(step.aim.velocity);
         let least = if is_stuck {
             WALKS.max(0.6 * wanted)
         } else {

@@ -65,12 +65,13 @@ impl Motion {
         self.inertias[index].measure(graph, scratch);
     }
 
-    /// Recomputes the offsets of later cuts after the first one has changed. The pose that a cut leaves contains the offset before it.
+    /// Recomputes the offsets of later cuts after the first one has changed or replaced another one, which may have lasted longer. The pose that a
+    /// cut leaves contains the offset before it.
     pub(crate) fn measure_later(&mut self, graph: &MotionGraph) {
         let warp = self.warp.take();
         for index in 1..self.entered {
             let start = self.inertias[index].start;
-            if !self.inertias[index - 1].lasts(start) {
+            if index > 1 && !self.inertias[index - 1].lasts(start) {
                 break;
             }
             let mut scratch = std::mem::take(&mut self.scratch);
