@@ -109,9 +109,9 @@ pub struct SteerSettings {
     /// Minimum gain of a jump, 0 to 1,000,000: by how much the new moment must be nearer to the aim than the played one. The unit is a squared
     /// distance of features; 1 is about 8 cm of travel in 0.2 s. Default 1.5.
     pub gain: f32,
-    /// Slowest playback rate, 0.1 to 10. Default 0.8.
+    /// Slowest playback rate, 0.1 to 10. Default 0.7. Characters that go slower still take shorter strides, down to 0.6 of the clip's.
     pub slowest: f32,
-    /// Fastest playback rate, from the slowest to 10. Default 1.25.
+    /// Fastest playback rate, from the slowest to 10. Default 1.25. Characters that go faster still take longer strides, up to 1.1 of the clip's.
     pub fastest: f32,
     /// Maximum turn that is added to a walking character, in radians per second, 0 to 100. Default 2.6.
     pub turn: f32,

@@ -2,9 +2,10 @@
 //!
 //! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization. Differs:
 //! the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible Automatic Motion
-//! Blending with Registration Curves" (2003), section 5. Jumps, turns and rates keep within the acceleration that the clips reach: a jump
-//! costs more the further the velocities are apart, its root blends the longer, no blend is cut by a search, and a turn has what the motion
-//! leaves. Feet that stand are held by inverse kinematics. An idle character plays standing moments and chooses none of them twice within a
+//! Blending with Registration Curves" (2003), section 5, and then by shorter or longer strides: the motion is moved over the ground while feet
+//! that stand are held by inverse kinematics ("stride warping" in game engines). Jumps, turns, rates and strides keep within the acceleration
+//! that the clips reach: a jump costs more the harder the body would push off in it, its root blends the longer, no blend is cut by a search,
+//! and a turn has what the motion leaves. An idle character plays standing moments and chooses none of them twice within a
 //! time. Each of them moves the body a little, and over an hour these steps would add up to metres: each jump moves it a little towards its
 //! place.
 
