@@ -212,3 +212,79 @@ impl<'a> Jumps<'a> {
 
 /// The part of the hardest push of the clips that is easy.
 const EASY: f32 = 0.6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Pose, forward_kinematics};
+    use crate::character::goal::Aim;
+    use crate::character::playing::Playing;
+    use crate::character::settings::SteerSettings;
+    use crate::character::steer::table::centre_of_mass;
+    use crate::character::steer::{SteerScratch, Steering};
+    use crate::graph::{Motion, Playhead};
+    use crate::query::fixture::baked;
+    use sabaki_fixtures::random::Random;
+
+    /// Poses the motion after jumps between random moments, of which the prediction knows the centre of mass of the clips alone.
+    #[test]
+    fn a_predicted_push_is_near_that_of_the_posed_motion() {
+        let (baked, graph) = (baked(), baked().graph());
+        let steering = Steering::new(baked);
+        let moments = &steering.table.moments;
+        let settings = SteerSettings::default();
+        let step = SteerStep {
+            baked,
+            settings: &settings,
+            aim: Aim::default(),
+            may_search: true,
+            dt: 1.0 / 60.0,
+        };
+        let (mut random, mut scratch) = (Random::new(7), SteerScratch::default());
+        let (mut near, mut hard) = (0, 0);
+        const JUMPS: usize = 300;
+        for _ in 0..JUMPS {
+            let [from, to] = [0; 2].map(|_| moments[random.below(moments.len())]);
+            let playhead = Playhead {
+                edge: from.edge,
+                frame: from.edge_frame as f32,
+                clip_to_world: Rigid2::IDENTITY,
+            };
+            let mut playing = Playing::new(Motion::new(graph, playhead, &[]));
+            playing.ensure(graph, step.dt);
+            let now = step.now(&playing, Some(&from), &mut scratch);
+            let jumps = Jumps::new(
+                &steering.table,
+                &step,
+                Body::new(&now, Some(&from)),
+                settings.blend,
+            );
+            let (blend, predicted) = jumps.gentlest(&to, 1.0);
+            let entry = step.entry(&to, &now, [1.0, blend]);
+            playing.enter(graph, &entry, [1.0, blend], &[], &mut Motion::default());
+            playing.motion.extend(graph, 2.0);
+            let (mut pose, mut joints, mut axes) = (Pose::default(), Vec::new(), Vec::new());
+            let start = now.centre;
+            let turned = Rigid2::new(now.stance.placement.heading(), 0.0, 0.0);
+            let pace = turned.vector(Vec3::new(now.pace.x, 0.0, now.pace.y)).xz();
+            let places: Vec<Vec2> = (0..TIMES)
+                .map(|time| {
+                    let since = (time as f32 - BEFORE as f32) * STEP;
+                    if time < BEFORE {
+                        return start + pace * since;
+                    }
+                    playing.motion.sample(graph, since, &mut pose);
+                    forward_kinematics(graph.skeleton(), &pose, &mut joints);
+                    centre_of_mass(baked, &joints, &mut axes)
+                })
+                .collect();
+            let ways = places.windows(5);
+            let posed = ways.map(|way| acceleration([way[0], way[2], way[4]]));
+            let posed = posed.fold(0.0, f32::max);
+            hard += usize::from(posed > 0.8);
+            near += usize::from((predicted - posed).abs() < 0.3 + 0.25 * posed);
+        }
+        assert!(hard > JUMPS / 10, "{hard} of {JUMPS} push");
+        assert!(near > JUMPS * 17 / 20, "{near} of {JUMPS}");
+    }
+}
