@@ -98,6 +98,14 @@ pub enum GraphError {
         /// Maximum duration, in seconds.
         max: f64,
     },
+    /// No clip has motion.
+    #[error(
+        "the clips have no motion: each of the {clips} is a pose of one frame (a glTF animation is one if all its keys have one time)"
+    )]
+    NoMotion {
+        /// Number of clips.
+        clips: usize,
+    },
     /// The clips contain no cycle.
     #[error(
         "no motion leads back to where it started: no two moments of the {clips} clips ({seconds:.1} s) that could be joined are within {threshold} m of each other; add clips that return to a common stance, or raise the threshold"

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use sabaki::anim::{Clip, Event, EventKind, Pose};
 use sabaki::graph::{self, GraphError, GraphSettings, blend_weight};
-use sabaki_fixtures::clips::{evasion, joints_of, small_skeleton, source, swinging_clip, twice};
+use sabaki_fixtures::clips::{
+    evasion, first_frames, joints_of, small_skeleton, source, swinging_clip, twice,
+};
 use sabaki_fixtures::demo;
 
 use super::{alone, build, round_clip};
@@ -82,6 +84,9 @@ fn without_a_way_back_there_is_no_graph() {
     assert!(is_named, "{error}");
     let none = build(&[], &[], &settings).unwrap_err();
     assert!(matches!(none, GraphError::NoClips));
+    let pose = first_frames(&skeleton, &clips[0], 1);
+    let error = build(&[pose], &[], &settings).unwrap_err();
+    assert_eq!(error, GraphError::NoMotion { clips: 1 });
 }
 
 #[test]

@@ -136,7 +136,8 @@ pub fn read_clips(
         set.add(one.motion.clip, one.motion.scale);
     }
     settle_bones(&mut set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
-    let sides = settle_sides(&mut set.skeleton, &set.clips);
+    let (sides, note) = settle_sides(&mut set.skeleton, &set.clips);
+    set.warnings.extend(note);
     set.figure = describe(&set.skeleton, sides);
     let stood =
         settle_places(&set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
@@ -422,8 +423,15 @@ fn spaces_of_set(
         Ok((read.scale(stance, options), read.up(stance, options)))
     };
     let mut spaces: Vec<_> = parsed.iter().map(alone).collect();
-    for (_, mut own) in groups {
-        own.retain(|&index| !parsed[index].read.is_in_metres());
+    for (_, group) in groups {
+        let in_metres = |&index: &usize| parsed[index].read.is_in_metres();
+        let (in_metres, own): (Vec<usize>, Vec<usize>) = group.into_iter().partition(in_metres);
+        if let Some((common, _)) = common_stance(parsed, &in_metres) {
+            for index in in_metres {
+                let Parsed { read, stance, .. } = &parsed[index];
+                spaces[index] = Ok((read.scale(stance, options), read.up(&common, options)));
+            }
+        }
         let Some((common, first)) = common_stance(parsed, &own) else {
             continue;
         };

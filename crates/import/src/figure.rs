@@ -386,43 +386,63 @@ impl ClipSet {
     }
 }
 
-/// Gives the hands and feet sides if the names do not: those that the poses of the clips show. The figure faces where its knees bend
-/// and its toes point.
-/// Returns by what the sides are told, in words.
-pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static str {
-    const BY_NAMES: &str = "by names";
+/// Gives the hands and feet sides if the names do not, or if toes and knees contradict them: those that the poses of the clips show. The figure
+/// faces where its knees bend and its toes point.
+/// Returns by what the sides are told, in words, and a note on names that are contradicted.
+pub(crate) fn settle_sides(
+    skeleton: &mut Skeleton,
+    clips: &[Clip],
+) -> (&'static str, Option<String>) {
+    const BY_NAMES: (&str, Option<String>) = ("by names", None);
     /// Number of frames of all clips.
     const FRAMES: usize = 256;
+    /// Share of their length by which toes, or knees without toes, point against the direction that the names tell if these are wrong.
+    const AGAINST: f32 = 0.5;
     let limbs = Limbs::of(skeleton);
     let pairs = [limbs.hands, limbs.feet].map(|pair| <[JointId; 2]>::try_from(pair).ok());
     let [Some(hands), Some(feet)] = pairs else {
         return BY_NAMES;
     };
-    let is_named = |[a, b]: [JointId; 2]| skeleton.mirror(a) == Some(b);
-    if is_named(hands) && is_named(feet) {
-        return BY_NAMES;
-    }
     let top = |end: JointId, other: JointId| {
         let own = |&joint: &JointId| !skeleton.carries(joint, other);
         skeleton.ancestry(end).take_while(own).last().unwrap_or(end)
     };
     let tops = [hands, feet].map(|[a, b]| [top(a, b), top(b, a)]);
-    let legs = Leg::all(skeleton);
+    let (legs, facing) = (Leg::all(skeleton), Facing::of(skeleton));
     let mut leftness = [0f32; 2];
+    // Of toes and knees: how far they point ahead by the names, and their length.
+    let mut ahead_by_names = [[0f32; 2]; 2];
     for_some_frames(skeleton, clips, FRAMES, |_, joints| {
         let place = |id: JointId| joints[id.index()].translation;
-        let ahead = legs.iter().map(|leg| {
+        let named = facing.placement(joints).vector(Vec3::Z);
+        let mut ahead = Vec3::ZERO;
+        for leg in &legs {
             let [hip, knee, foot, toe] =
                 [leg.hip, leg.knee, leg.foot, leg.toe_or_foot()].map(place);
             let thigh = knee - hip;
-            toe - foot + thigh - thigh.project_onto(foot - hip)
-        });
-        let ahead: Vec3 = ahead.sum();
+            let ways = [toe - foot, thigh - thigh.project_onto(foot - hip)];
+            for (sums, way) in ahead_by_names.iter_mut().zip(ways) {
+                sums[0] += way.dot(named);
+                sums[1] += way.with_y(0.0).length();
+                ahead += way;
+            }
+        }
         let left = Vec3::Y.cross(ahead.with_y(0.0).normalize_or_zero());
         for (sum, [a, b]) in leftness.iter_mut().zip(tops) {
             *sum += left.dot(place(a) - place(b));
         }
     });
+    let is_named = |[a, b]: [JointId; 2]| skeleton.mirror(a) == Some(b);
+    let has_names = is_named(hands) && is_named(feet);
+    let [toes, knees] = ahead_by_names;
+    // Knees turn in and out: beside toes it is enough that they do not contradict these.
+    let knees_must = if toes[1] > 0.0 { 0.0 } else { AGAINST };
+    let against = |[ahead, length]: [f32; 2], share: f32| ahead <= -share * length;
+    let is_against = against(toes, AGAINST) && against(knees, knees_must);
+    let is_against = is_against && facing.is_of_hips() && leftness != [0.0; 2];
+    if has_names && !is_against {
+        return BY_NAMES;
+    }
     let sided = |[a, b]: [JointId; 2], leftness: f32| if leftness < 0.0 { [b, a] } else { [a, b] };
     let [hands, feet] = [sided(hands, leftness[0]), sided(feet, leftness[1])];
     if let Some(with_sides) = skeleton
@@ -431,7 +451,12 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> &'static 
     {
         *skeleton = with_sides;
     }
-    "by structure and motion"
+    let note = has_names.then(|| {
+        let name = |id: JointId| &skeleton.joint(id).name;
+        let (left, right) = (name(feet[0]), name(feet[1]));
+        format!("toes and knees point backwards by the names of left and right, so the names are taken to be exchanged: \"{left}\" is on the left, \"{right}\" on the right")
+    });
+    ("by structure and motion", note)
 }
 
 /// Looks at the poses and joints of about as many frames of all clips.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipError, Facing, JointId, Limbs, Pose, Skeleton, body_root};
+use sabaki::anim::{Clip, ClipError, Facing, JointId, Leg, Limbs, Pose, Skeleton, body_root};
 use serde::{Deserialize, Serialize};
 
 use crate::asf::{AmcFile, AsfFile};
@@ -37,8 +37,8 @@ pub struct ReadOptions {
     /// Scale of the files, in metres per unit. Default `None`: BVH files are scaled by the
     /// figure's stature, one scale for all files of one skeleton; glTF files by 1.
     pub scale: Option<f64>,
-    /// Axis that points up in the files. Default `None`: BVH and AMC files of one skeleton are turned if their figure stands along another axis
-    /// than +Y in nearly all poses, which is a warning; glTF files have +Y up.
+    /// Axis that points up in the files. Default `None`: files of one skeleton are turned if their figure stands along another axis than +Y in
+    /// nearly all poses and at rest, which is a warning.
     pub up: Option<Up>,
     /// Frame rate of AMC files, in frames per second. Default `None`: the file's `:SAMPLES-PER-SECOND`, or
     /// [`AmcFile::USUAL_RATE`](crate::asf::AmcFile::USUAL_RATE).
@@ -102,7 +102,8 @@ pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip
     for motion in &mut motions {
         let clip = std::slice::from_mut(&mut motion.clip);
         settle_bones(&mut motion.skeleton, clip).map_err(ReadError::in_file(path))?;
-        settle_sides(&mut motion.skeleton, clip);
+        let (_, note) = settle_sides(&mut motion.skeleton, clip);
+        motion.notes.extend(note);
         let stood = settle_places(&motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         motion.notes.extend(stood);
         motion
@@ -330,10 +331,14 @@ impl MotionFile {
                 pose.translations.clear();
             }),
         };
-        Stance::of(&skeleton, &poses)
+        let mut rest = Pose::at_rest(&skeleton, Vec3::ZERO);
+        if let Self::Gltf(file) = self {
+            rest.rotations.clone_from(&file.rest);
+        }
+        Stance::of(&skeleton, &rest, &poses)
     }
 
-    /// Whether the format tells the unit and the axis that is up.
+    /// Whether the format tells the unit.
     pub(super) fn is_in_metres(&self) -> bool {
         matches!(self, Self::Gltf(_))
     }
@@ -356,7 +361,6 @@ impl MotionFile {
     pub(super) fn up(&self, stance: &Stance, options: &ReadOptions) -> Up {
         match options.up {
             Some(up) => up,
-            None if self.is_in_metres() => Up::Y,
             None => stance.axis().unwrap_or_default(),
         }
     }
@@ -408,9 +412,19 @@ impl MotionFile {
                 return Err(FileError::TooLong(seconds));
             }
             let (mut skeleton, mut clip) = motion()?;
-            if up != Up::Y {
+            let turn = up.turn();
+            if up != Up::Y && self.is_in_metres() {
+                // The joints keep their frames, to which a mesh is bound.
+                let (joints, mut desc) = (skeleton.len(), clip.desc());
+                let places = desc.translations.iter_mut().step_by(joints);
+                places
+                    .chain(&mut desc.roots)
+                    .for_each(|place| *place = turn * *place);
+                let rotations = desc.rotations.iter_mut().step_by(joints);
+                rotations.for_each(|own| *own = (turn * *own).normalize());
+                clip = Clip::new(&skeleton, desc)?;
+            } else if up != Up::Y {
                 // The axes of every joint are changed, so that the rest pose is upright too.
-                let turn = up.turn();
                 let rotation = |own: Quat| (turn * own * turn.conjugate()).normalize();
                 (skeleton, clip) = mapped(&skeleton, clip.desc(), |place| turn * place, rotation)?;
             }
@@ -536,9 +550,11 @@ impl Up {
 /// Warnings about clips that are readable but suspicious, one line each.
 #[must_use]
 pub fn clip_warnings(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
-    let of_set = [sides(skeleton), upright(skeleton, clips)];
-    let of_clips = clips.iter().map(jump);
-    of_set.into_iter().chain(of_clips).flatten().collect()
+    let of_clips = stance(skeleton, clips)
+        .into_iter()
+        .chain(clips.iter().map(jump));
+    let of_set = std::iter::once(sides(skeleton));
+    of_set.chain(of_clips).flatten().collect()
 }
 
 /// Warns if the root leaves its way between two frames by more than a body can.
@@ -576,25 +592,48 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
     })
 }
 
-/// Warns if the hips of the figure are not above its feet along Y, over all clips.
-fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
+/// Warns if the hips of the figure are not above its feet along Y, and if it goes on four legs, over all clips.
+fn stance(skeleton: &Skeleton, clips: &[Clip]) -> [Option<String>; 2] {
     /// Number of frames of all clips.
     const SAMPLES: usize = 512;
+    /// Height of hands over feet, as a share of that of the hips, below which both stand, and share of the frames in which they do.
+    const STANDS: (f32, f32) = (0.3, 0.9);
     let limbs = Limbs::of(skeleton);
+    let legs = Leg::all(skeleton).len();
+    if legs > 2 {
+        let note =
+            format!("the figure has {legs} legs: limits and evasions are those of a body on two");
+        return [None, Some(note)];
+    }
     if limbs.hands.is_empty() || limbs.feet.is_empty() {
-        return None;
+        return [None, None];
     }
     let hips = body_root(skeleton);
-    let mut up = Vec3::ZERO;
+    let (mut up, mut low, mut frames) = (Vec3::ZERO, 0, 0);
     for_some_frames(skeleton, clips, SAMPLES, |_, joints| {
         let place = |id: JointId| joints[id.index()].translation;
-        let feet: Vec3 = limbs.feet.iter().map(|&id| place(id)).sum();
-        up += place(hips) - feet / limbs.feet.len() as f32;
+        let middle =
+            |ids: &[JointId]| ids.iter().map(|&id| place(id)).sum::<Vec3>() / ids.len() as f32;
+        let [hips, hands] = [place(hips), middle(&limbs.hands)].map(|p| p - middle(&limbs.feet));
+        up += hips;
+        low += usize::from(hips.y > 0.0 && hands.y < STANDS.0 * hips.y);
+        frames += 1;
     });
     let nearest = Up::nearest(up);
-    let doubtful = up.length() > 0.0 && nearest != Up::Y;
-    doubtful.then(|| {
-        let name = nearest.name();
-        format!("the figure seems to stand along {name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
-    })
+    let is_turned = up.length() > 0.0 && nearest != Up::Y;
+    let is_low = low as f32 > STANDS.1 * frames as f32;
+    let name = nearest.name();
+    let hands = || {
+        limbs
+            .hands
+            .iter()
+            .map(|&id| skeleton.joint(id).name.clone())
+    };
+    [
+        is_turned.then(|| format!("the figure seems to stand along {name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")),
+        is_low.then(|| format!(
+            "the figure goes on four legs: {} are taken for hands, which may slide on the ground, and limits and evasions are those of a body on two",
+            shortened(&hands().collect::<Vec<_>>())
+        )),
+    ]
 }

@@ -122,7 +122,7 @@ pub(crate) struct Stance {
     pub(crate) up: Vec3,
     /// Number of poses in that sum.
     pub(crate) poses: usize,
-    /// Whether it stands along +Y if no joint is rotated. If it does not in the poses, it lies.
+    /// Whether it stands along +Y at rest. If it does not in the poses, it lies.
     pub(crate) rests_upright: bool,
 }
 
@@ -140,7 +140,8 @@ pub(crate) fn sampled(frames: usize, pose: impl Fn(usize, &mut Pose)) -> Vec<Pos
 }
 
 impl Stance {
-    pub(crate) fn of(file: &Skeleton, poses: &[Pose]) -> Self {
+    /// The stance in some poses. `rest` is the pose without motion.
+    pub(crate) fn of(file: &Skeleton, rest: &Pose, poses: &[Pose]) -> Self {
         let rooted = Rooted::of(file).ok().flatten();
         let skeleton = rooted.as_ref().map_or(file, |rooted| &rooted.skeleton);
         let limbs = Limbs::of(skeleton);
@@ -175,7 +176,7 @@ impl Stance {
         if let (true, Some(pose)) = (is_known, poses.first()) {
             let rest = Pose {
                 translations: bones(skeleton, &own_pose(pose)),
-                ..Pose::at_rest(skeleton, Vec3::ZERO)
+                ..own_pose(rest)
             };
             forward_kinematics(skeleton, &rest, &mut joints);
             stance.rests_upright = from_feet(&joints).y > UPRIGHT;

@@ -153,7 +153,7 @@ fn a_rig_that_its_root_turns_upright_stands() {
         let path = write_glb(folder.path(), "rig.glb", &skeleton, &[clip], &[]);
         let set = super::common::read(&path);
         let mut warnings = set.warnings.iter();
-        let told = warnings.find(|note| note.contains("stand along"));
+        let told = warnings.find(|note| note.contains("stands along"));
         match axis {
             None => assert_eq!(told, None, "{turn}"),
             Some(axis) => assert!(told.unwrap().contains(axis), "{turn}: {told:?}"),

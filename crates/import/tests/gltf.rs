@@ -376,6 +376,29 @@ fn a_step_does_not_come_early() {
 }
 
 #[test]
+fn of_keys_of_one_time_the_last_counts_from_it_on() {
+    let mut builder = Builder::default();
+    let places = [
+        [0.0, 1.0, 0.0],
+        [2.0, 1.0, 0.0],
+        [8.0, 1.0, 0.0],
+        [9.0, 1.0, 0.0],
+    ];
+    let places = builder.floats("VEC3", places.as_flattened());
+    let times = builder.floats("SCALAR", &[0.0, 0.2, 0.2, 0.3]);
+    let document = builder.document("translation", "LINEAR", times, places);
+    let found = steps(&document);
+    assert_eq!(found, [0.0, 1.0, 8.0, 9.0]);
+    let file = parse(document.to_string().as_bytes());
+    assert_eq!(file.notes.len(), 1, "{:?}", file.notes);
+    assert!(
+        file.notes[0].contains("\"move\": 1 keys of a node"),
+        "{}",
+        file.notes[0]
+    );
+}
+
+#[test]
 fn channels_without_a_node_are_ignored() {
     let document = stepping(&[0.0, 0.1, 0.2]);
     let expected = parse(document.to_string().as_bytes());

@@ -77,7 +77,7 @@ fn keys_that_make_no_sense_are_errors() {
         refusal(parse(&glb(&json, &spoilt)))
     };
     let key = "animation \"swing 0.3\", node \"Hips\", key 1: its time";
-    for wrong in [f32::NAN, f32::INFINITY, -1.0, 0.0] {
+    for wrong in [f32::NAN, f32::INFINITY, -1.0] {
         let found = error(times + 4, &[wrong]);
         assert!(found.contains(key), "{found}");
     }

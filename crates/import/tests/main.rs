@@ -12,6 +12,7 @@ mod cases;
 mod clip_sets;
 mod common;
 mod corpora;
+mod doubtful_rigs;
 mod events_file;
 mod export;
 #[cfg(feature = "fbx")]

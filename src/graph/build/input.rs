@@ -42,6 +42,10 @@ impl<'a> GraphBuilder<'a> {
         if source.clips.is_empty() {
             return Err(GraphError::NoClips);
         }
+        if source.clips.iter().all(|clip| clip.frames() == 1) {
+            let clips = source.clips.len();
+            return Err(GraphError::NoMotion { clips });
+        }
         let weights = settings.checked_weights(source.skeleton)?;
         check_joints(source)?;
         settings.check_size(source)?;

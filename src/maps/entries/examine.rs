@@ -6,7 +6,7 @@
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, LegPose, MotionGraph, Weights, leg_targets, rotation_vector};
 use crate::maps::entries::frames::{Frame, LeftMotion};
-use crate::maps::entries::limits::{MotionLimits, departures, goes_on, head};
+use crate::maps::entries::limits::{MotionLimits, departures, goes_on, head, limited};
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
 
@@ -32,7 +32,7 @@ pub(crate) struct Examiner {
     head: JointId,
     /// Joints that inverse kinematics moves: hip, knee and foot of each leg.
     of_legs: Vec<JointId>,
-    /// All other joints.
+    /// All other joints that can fail, or that move the legs.
     others: Vec<JointId>,
     offsets: Offsets,
     /// Weights of the offsets in each frame; `None` if they are 0.
@@ -63,12 +63,18 @@ const FIRST: usize = 4;
 
 impl Examiner {
     pub(crate) fn new(graph: &MotionGraph) -> Self {
-        let legs = graph.feet().legs().iter();
-        let of_legs: Vec<JointId> = legs.flat_map(|leg| [leg.hip, leg.knee, leg.foot]).collect();
-        let skeleton = graph.skeleton();
+        let (skeleton, legs) = (graph.skeleton(), graph.feet().legs());
+        let of_legs = legs.iter().flat_map(|leg| [leg.hip, leg.knee, leg.foot]);
+        let of_legs: Vec<JointId> = of_legs.collect();
+        let mut is_needed = limited(skeleton);
+        for leg in legs {
+            let moving = skeleton.ancestry(leg.toe_or_foot());
+            moving.for_each(|id| is_needed[id.index()] = true);
+        }
+        let is_other = |id: &JointId| is_needed[id.index()] && !of_legs.contains(id);
         Self {
             head: head(skeleton),
-            others: skeleton.ids().filter(|id| !of_legs.contains(id)).collect(),
+            others: skeleton.ids().filter(is_other).collect(),
             of_legs,
             offsets: Offsets::default(),
             weights: Vec::new(),

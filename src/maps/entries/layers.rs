@@ -5,7 +5,7 @@ use crate::graph::{MotionGraph, Node, Playhead, heading, layer_tilt};
 use crate::maps::entries::examine::{Examiner, JointLimits, JointSteps};
 use crate::maps::entries::finder::{Departed, Finder, spread};
 use crate::maps::entries::frames::FrameSampler;
-use crate::maps::entries::limits::{MotionLimits, goes_on, head, turns};
+use crate::maps::entries::limits::{MotionLimits, goes_on, head, limited, turns};
 use crate::maps::entries::table::{EntryTarget, EntryWay, KnownEntry, LAYER_BLENDS, RATES};
 use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
@@ -144,9 +144,9 @@ pub(crate) struct LayerTest<'a> {
     rate: f32,
     /// Joints from the root to the head.
     head_chain: Vec<JointId>,
-    /// Joints that a layer moves, without the spine.
+    /// Joints with limits that a layer moves, without the spine.
     free: Vec<JointId>,
-    /// Joints that a layer does not move.
+    /// Joints with limits that a layer does not move.
     kept: Vec<JointId>,
     sampler: FrameSampler<'a>,
     /// Poses whose spine has been computed.
@@ -181,7 +181,9 @@ impl<'a> LayerTest<'a> {
     pub(crate) fn new(graph: &'a MotionGraph) -> Self {
         let (skeleton, rig) = (graph.skeleton(), graph.rig());
         let is_kept = |id: &JointId| !rig.part(*id).is_above_pelvis();
-        let (kept, mut moved): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_kept);
+        let limited = limited(skeleton);
+        let tested = skeleton.ids().filter(|id| limited[id.index()]);
+        let (kept, mut moved): (Vec<JointId>, Vec<JointId>) = tested.partition(is_kept);
         moved.retain(|id| !rig.spine().contains(id));
         let mut head_chain: Vec<JointId> = skeleton.ancestry(head(skeleton)).collect();
         head_chain.reverse();

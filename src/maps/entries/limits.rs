@@ -6,7 +6,7 @@
 //!
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
-use crate::anim::{JointId, Pose, Skeleton, details, forward_kinematics};
+use crate::anim::{JointId, JointKind, Pose, Skeleton, details, forward_kinematics};
 use crate::graph::push::quantile;
 use crate::graph::{MotionGraph, rotation_vector};
 use crate::math::in_parallel;
@@ -73,6 +73,14 @@ pub(crate) fn head(skeleton: &Skeleton) -> JointId {
     trunk
         .max_by(|a, b| length(a).total_cmp(&length(b)))
         .unwrap_or(JointId::ROOT)
+}
+
+/// For each joint, whether it can leave the limits: fingers, helpers and carried things have none, and end sites have no rotation.
+pub(crate) fn limited(skeleton: &Skeleton) -> Vec<bool> {
+    let details = details(skeleton).into_iter().zip(skeleton.joints());
+    details
+        .map(|(is_detail, joint)| !is_detail && joint.kind == JointKind::Moving)
+        .collect()
 }
 
 impl MotionLimits {

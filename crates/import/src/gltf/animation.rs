@@ -71,7 +71,7 @@ pub(super) struct Tracks {
 
 /// Keyframes of one property of one node.
 struct Track {
-    /// Times, in seconds, increasing.
+    /// Times, in seconds. Of keys of one time the last one counts at it and after it, the first one before it.
     times: Vec<f32>,
     /// Values, one for each time. Cubic splines have three: in-tangent, value, out-tangent.
     values: Vec<Vec4>,
@@ -112,6 +112,13 @@ impl Tracks {
     pub(super) fn times(&self) -> impl Iterator<Item = &[f32]> {
         let tracks = self.nodes.values().flatten().flatten();
         tracks.map(|track| track.times.as_slice())
+    }
+
+    /// Largest number of keys of a track that have the time of the key before. The format asks for increasing times, but programs write such
+    /// keys where motions are joined or cut.
+    pub(super) fn repeated(&self) -> usize {
+        let repeated = |times: &[f32]| times.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        self.times().map(repeated).max().unwrap_or(0)
     }
 
     /// Transform of a node at a time, or `rest` if it has no keys.
@@ -183,11 +190,11 @@ impl Track {
             return Err((self.times.len(), "not as many values as times"));
         }
         for (key, time) in self.times.iter().enumerate() {
-            let earlier = key > 0 && *time <= self.times[key - 1];
+            let earlier = key > 0 && *time < self.times[key - 1];
             if !time.is_finite() || *time < 0.0 || earlier {
                 return Err((
                     key,
-                    "its time is negative, no number, or not after the one before",
+                    "its time is negative, no number, or before the key before",
                 ));
             }
         }
@@ -287,6 +294,7 @@ impl Frames {
         };
         let gaps = tracks.clone().flat_map(|times| times.windows(2));
         let gaps = gaps.map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
+        let gaps = gaps.filter(|&gap| gap > 0.0);
         let least = gaps.clone().fold(f64::INFINITY, f64::min);
         if !least.is_finite() {
             // Each track has a single key, at different times.

@@ -408,7 +408,7 @@ impl Container<'_> {
         let size = kind.0.size();
         let indices = bytes(indices.buffer_view, indices.byte_offset, count, size)?;
         let others = values(others.buffer_view, others.byte_offset, count)?;
-        // Key times increase, so all but one are stored in a buffer, and other accessors have at most three elements for each key.
+        // Key times hardly repeat, so most are stored in a buffer, and other accessors have at most three elements for each key.
         if own.is_none() && length > self.bytes.get() {
             return Err(wrong("it has more elements than the buffers have bytes"));
         }

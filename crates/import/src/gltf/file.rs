@@ -23,6 +23,8 @@ use sabaki::anim::{Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, S
 pub struct GltfFile {
     /// Skeleton, in the file's unit.
     pub skeleton: Skeleton,
+    /// Rotation of each joint without animation. The root's is in the file's space.
+    pub rest: Vec<Quat>,
     /// Node of each joint.
     pub nodes: Vec<usize>,
     /// The names that several joints have in the file; all but the first of each were renamed.
@@ -97,6 +99,13 @@ impl GltfFile {
             }
             // The keys of one animation at a time are in memory, because keys take more than frames.
             let tracks = Tracks::read(name, &container, animation, is_moving)?;
+            match tracks.repeated() {
+                0 => {}
+                keys => notes.push(format!(
+                    "animation \"{}\": {keys} keys of a node have the time of the key before them; from that time on the last one counts",
+                    tracks.name
+                )),
+            }
             animations.push(GltfAnimation {
                 events: events_of(animation, &tracks.name)?,
                 clip: rig.clip(&skeleton, &tracks, &mut entries)?,
@@ -107,8 +116,10 @@ impl GltfFile {
         let names: Vec<String> = names.collect();
         let mut repeated_names = repeated_names(names.iter().map(String::as_str));
         repeated_names.sort();
+        let rest = rig.rest.iter().map(|(rotation, _)| *rotation).collect();
         Ok(Self {
             skeleton,
+            rest,
             repeated_names,
             nodes: nodes.joints,
             animations,
