@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::{is_accepted, read};
 use sabaki_fixtures::small::{small, small_bake, small_evasion};
+use sabaki_fixtures::with;
 
 /// The places of all numbers; of long lists those at the ends and a few between.
 fn numbers(value: &Value, path: &str, out: &mut Vec<String>) {
@@ -37,10 +38,7 @@ fn numbers_may_be_any_numbers() {
         joints: vec![JointId(8)],
         ..small_evasion(1, 1.4)
     };
-    let paths = PathSettings {
-        most: 4,
-        ..PathSettings::default()
-    };
+    let paths = with(|s: &mut PathSettings| s.most = 4);
     let tiny = small_bake(90, &[0.3, 0.4], &[small_evasion(0, 1.2), attack], paths);
     assert_eq!((tiny.evasions().len(), tiny.attack_moves().len()), (1, 1));
     let mut hostile = serde_json::to_value(&tiny).unwrap();

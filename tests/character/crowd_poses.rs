@@ -14,6 +14,7 @@ use sabaki::math::{F32x16, Rigid2};
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::crowd::{joint_of, outputs};
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 
 use super::world::{baked, characters, play, throw_at, walk};
 
@@ -36,10 +37,7 @@ impl Scene {
             let graph = baked.graph();
             let settings = LevelSettings::default();
             let levels = Levels::build(graph.skeleton(), graph.clips(), &settings).unwrap();
-            let settings = SwitchSettings {
-                rule: Rule::Energy { furthest: 12.0 },
-                ..SwitchSettings::default()
-            };
+            let settings = with(|s: &mut SwitchSettings| s.rule = Rule::Energy { furthest: 12.0 });
             let switching = Switching::new(&levels, &settings).unwrap();
             assert!(switching.bands().len() > 2, "{switching:?}");
             Self { levels, switching }
@@ -48,10 +46,7 @@ impl Scene {
 
     /// Characters everywhere on the ground: some stand, others walk, turn, or avoid balls.
     fn characters(&self, crowd: CrowdSettings, threads: usize) -> Characters {
-        let mut characters = characters(CharacterSettings {
-            threads,
-            ..CharacterSettings::default()
-        });
+        let mut characters = characters(with(|s: &mut CharacterSettings| s.threads = threads));
         let settings = CrowdPoseSettings {
             crowd,
             near: 3.0,
@@ -126,10 +121,7 @@ fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterId> {
 fn each_character_is_where_it_is_whoever_poses_it() {
     let scene = Scene::shared();
     for output in outputs() {
-        let settings = CrowdSettings {
-            output,
-            ..CrowdSettings::default()
-        };
+        let settings = with(|s: &mut CrowdSettings| s.output = output);
         let mut characters = scene.characters(settings, 2);
         let ids = spawn(&mut characters, 60);
         let mut random = Random::new(4);
@@ -169,7 +161,7 @@ fn each_character_is_where_it_is_whoever_poses_it() {
         }
         assert!(
             seen[0] > 300 && seen[1] > 600 && changes > 20,
-            "{seen:?}, {changes} changes"
+            "{seen:?} {changes}"
         );
     }
 }
@@ -217,10 +209,7 @@ fn a_blend_is_left_out_only_where_it_is_too_small_to_be_seen() {
 fn poses_do_not_depend_on_threads() {
     let scene = Scene::shared();
     let written = [1, 3].map(|threads| {
-        let crowd = CrowdSettings {
-            threads,
-            ..CrowdSettings::default()
-        };
+        let crowd = with(|s: &mut CrowdSettings| s.threads = threads);
         let mut characters = scene.characters(crowd, threads);
         let ids = spawn(&mut characters, 60);
         let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), ids.len())];
@@ -246,14 +235,8 @@ fn poses_do_not_depend_on_threads() {
 #[test]
 fn instances_stand_at_the_row_of_their_place() {
     let scene = Scene::shared();
-    let output = Output {
-        layout: Layout::Instances,
-        ..Output::default()
-    };
-    let crowd = CrowdSettings {
-        output,
-        ..CrowdSettings::default()
-    };
+    let output = with(|s: &mut Output| s.layout = Layout::Instances);
+    let crowd = with(|s: &mut CrowdSettings| s.output = output);
     let mut characters = scene.characters(crowd, 1);
     let mut ids = spawn(&mut characters, 20);
     let mut out = vec![F32x16::ZERO; characters.max_output_len(KindId::default(), 20)];

@@ -11,6 +11,7 @@ use sabaki::character::{
 use sabaki::math::Rigid2;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::small::small;
+use sabaki_fixtures::with;
 
 use super::world::{FRAME, baked, characters, count, place, play, spawn, walk};
 
@@ -38,10 +39,8 @@ fn throw_at(game: &mut Characters, ids: &[CharacterId], random: &mut Random) {
     for &id in ids {
         let root = pose(game, id)[0].translation;
         let way = Vec3::new(random.float(-3.0, 3.0), 0.2, 3.0);
-        let threat = Threat {
-            target: Some(id),
-            ..Threat::ball(game.now(), root + way, way * -2.0, 0.1)
-        };
+        let mut threat = Threat::ball(game.now(), root + way, way * -2.0, 0.1);
+        threat.target = Some(id);
         game.threaten(threat).unwrap();
     }
 }
@@ -59,10 +58,7 @@ fn of(events: &[CharacterEvent], ids: &[CharacterId]) -> Vec<(u64, String)> {
 #[test]
 fn kinds_that_do_not_meet_play_as_in_games_of_their_own() {
     for threads in [1, 2] {
-        let settings = CharacterSettings {
-            threads,
-            ..CharacterSettings::default()
-        };
+        let settings = with(|s: &mut CharacterSettings| s.threads = threads);
         let (mut game, kind) = mixed(settings);
         let people = spawn::<3>(&mut game);
         let others = spawn_far(&mut game, kind);
@@ -107,10 +103,7 @@ fn kinds_that_do_not_meet_play_as_in_games_of_their_own() {
 
 /// How far a walker goes aside where another one stands in its way, whose kind has a body of this radius.
 fn goes_aside(radius: f32) -> f32 {
-    let with = |body_radius| CharacterSettings {
-        body_radius,
-        ..CharacterSettings::default()
-    };
+    let with = |body_radius| with(|s: &mut CharacterSettings| s.body_radius = body_radius);
     let mut game = characters(with(0.3));
     let kind = game.add_kind(baked(), with(radius)).unwrap();
     let walker = game.spawn(Rigid2::IDENTITY).unwrap();

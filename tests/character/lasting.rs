@@ -56,10 +56,8 @@ fn what_hits_is_said_to_hit_at_any_speed_and_frame_time() {
 fn a_swing_that_ends_where_it_touches_hits() {
     let (mut game, id) = one();
     let middle = pelvis(&mut game, id);
-    let swing = Threat {
-        seconds: 0.1,
-        ..Threat::ball(game.now(), middle - Vec3::X * 0.5, Vec3::X * 4.0, 0.05)
-    };
+    let mut swing = Threat::ball(game.now(), middle - Vec3::X * 0.5, Vec3::X * 4.0, 0.05);
+    swing.seconds = 0.1;
     game.threaten(swing).unwrap();
     assert_eq!(outcomes(&play(&mut game, 30)), [1, 0]);
 }
@@ -97,10 +95,8 @@ fn a_dodge_is_played_to_its_end_although_its_threat_is_seen_with_noise() {
             if is_seen_again && frame < 60 {
                 let noise = Vec3::Y * (1e-4 * (frame % 3) as f32);
                 let position = ball.position + noise;
-                let seen = Threat {
-                    position,
-                    ..ball.clone()
-                };
+                let mut seen = ball.clone();
+                seen.position = position;
                 game.update(threat, seen).unwrap();
             }
             game.step(FRAME, &[], &mut events);
@@ -119,10 +115,8 @@ fn a_threat_that_stays_near_leaves_the_player_in_control() {
     for is_seen_again in [false, true] {
         let (mut game, id) = one();
         // It hovers beside the path and stays for a minute.
-        let hovering = Threat {
-            seconds: 60.0,
-            ..Threat::ball(game.now(), Vec3::new(1.3, 1.2, 0.0), Vec3::ZERO, 0.2)
-        };
+        let mut hovering = Threat::ball(game.now(), Vec3::new(1.3, 1.2, 0.0), Vec3::ZERO, 0.2);
+        hovering.seconds = 60.0;
         let threat = game.threaten(hovering.clone()).unwrap();
         let from = place(&game, id);
         game.steer(id, walk(Vec3::NEG_X * 1.2)).unwrap();
@@ -144,10 +138,8 @@ fn a_threat_that_stays_near_leaves_the_player_in_control() {
 #[test]
 fn who_walks_towards_what_stays_plans_again() {
     let (mut game, id) = one();
-    let hovering = Threat {
-        seconds: 60.0,
-        ..Threat::ball(game.now(), Vec3::new(0.0, 1.3, 2.5), Vec3::ZERO, 0.15)
-    };
+    let mut hovering = Threat::ball(game.now(), Vec3::new(0.0, 1.3, 2.5), Vec3::ZERO, 0.15);
+    hovering.seconds = 60.0;
     game.threaten(hovering).unwrap();
     game.steer(id, walk(Vec3::Z * 1.0)).unwrap();
     let events = play(&mut game, 600);

@@ -7,6 +7,7 @@ use sabaki::character::{
 use sabaki::math::Rigid2;
 use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 
 use super::world::{FRAME, characters, count, game, joints, pelvis, play, throw_at, walk};
 
@@ -110,10 +111,7 @@ fn who_is_cornered_says_so() {
 
 #[test]
 fn characters_avoid_each_other() {
-    let mut game = characters(CharacterSettings {
-        body_radius: 0.25,
-        ..CharacterSettings::default()
-    });
+    let mut game = characters(with(|s: &mut CharacterSettings| s.body_radius = 0.25));
     let ids = [0.0, 4.0].map(|z| game.spawn(Rigid2::new(0.0, 0.0, z)).unwrap());
     for (id, towards) in ids.into_iter().zip([1.0, -1.0]) {
         game.steer(id, walk(Vec3::Z * towards)).unwrap();

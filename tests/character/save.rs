@@ -5,16 +5,14 @@ use sabaki::character::{CharacterEventKind, CharacterSettings, Characters};
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 use serde_json::Value;
 
 use super::world::{characters, count, game, play, play_from_saved, spawn, throw_at, walk};
 
 /// A goal is changed two frames later.
 fn delayed() -> CharacterSettings {
-    CharacterSettings {
-        delay: 2,
-        ..CharacterSettings::default()
-    }
+    with(|s: &mut CharacterSettings| s.delay = 2)
 }
 
 /// Characters in the middle of a dodge.

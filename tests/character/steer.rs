@@ -1,5 +1,6 @@
 //! Promise: characters do what their goals ask, without labelled events, and an id names one character alone.
 
+use sabaki_fixtures::with;
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 
-use super::world::{self, FRAME, characters, game, play, way};
+use super::world::{self, FRAME, characters, game, play, steps, way};
 
 fn walk(heading: f32, speed: f32) -> Goal {
     world::walk(Vec3::new(heading.sin(), 0.0, heading.cos()) * speed)
@@ -175,7 +176,7 @@ fn who_stands_for_an_hour_stays_where_it_came_to_stand() {
     play(&mut characters, 120);
     let start = ids.map(|id| characters.place(id).unwrap().ground());
     for minute in 1..=60 {
-        play(&mut characters, 3600);
+        steps(&mut characters, 1.0 / 15.0, 900);
         for ((&id, start), most) in ids.iter().zip(start).zip([0.5, 0.5, 0.35]) {
             let off = characters.place(id).unwrap().ground().distance(start);
             assert!(off < most, "{off} m after {minute} minutes");
@@ -241,10 +242,7 @@ fn a_body_is_taken_back_from_any_pose_with_its_speed() {
 #[test]
 fn the_searches_of_many_characters_are_spread_over_the_frames() {
     const COUNT: usize = 60;
-    let settings = CharacterSettings {
-        searches_per_step: 1,
-        ..CharacterSettings::default()
-    };
+    let settings = with(|s: &mut CharacterSettings| s.searches_per_step = 1);
     let mut game = characters(settings);
     let place = |index: usize| Rigid2::new(0.0, 4.0 * index as f32, 0.0);
     let ids: [_; COUNT] = std::array::from_fn(|index| game.spawn(place(index)).unwrap());

@@ -12,6 +12,7 @@ use sabaki::character::{
 use sabaki::graph::EdgeId;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki_fixtures::memory::allocations;
+use sabaki_fixtures::with;
 
 use super::world::{FRAME, characters, count, game, joints, play, play_from_saved, steps};
 
@@ -24,10 +25,7 @@ fn unseeing() -> CharacterSettings {
 }
 
 fn fighting() -> CharacterSettings {
-    CharacterSettings {
-        body_radius: 0.15,
-        ..CharacterSettings::default()
-    }
+    with(|s: &mut CharacterSettings| s.body_radius = 0.15)
 }
 
 /// So many characters on a circle that face its middle.
@@ -296,10 +294,8 @@ fn a_limb_moves_with_its_character_and_ends_with_its_strike() {
 #[test]
 fn a_fight_is_saved_loaded_and_shared_among_threads_bit_for_bit() {
     let (mut game, _) = fight(fighting(), 4);
-    let threads = CharacterSettings {
-        threads: 3,
-        ..fighting()
-    };
+    let mut threads = fighting();
+    threads.threads = 3;
     let (mut shared, _) = fight(threads, 4);
     let (mut events, mut moments) = (Vec::new(), 0);
     for _ in 0..60 * 12 {

@@ -9,6 +9,7 @@ use sabaki::character::{
 use sabaki_fixtures::clips::most_apart;
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 
 use super::world::{
     FRAME, baked, ball, characters, count, game, joints, pelvis, play, spawn, steps, throw_at, walk,
@@ -160,10 +161,7 @@ fn a_hit_names_the_joint_and_the_point_that_is_deepest() {
                 let ball = known.unwrap().1.at(event.time);
                 assert!((normal.length() - 1.0).abs() < 1e-4 && depth > 0.0);
                 // The ball and the joint's sphere have moved by less since.
-                assert!(
-                    (point - normal * depth).distance(ball) < 0.1 + 0.1,
-                    "{depth}"
-                );
+                assert!((point - normal * depth).distance(ball) < 0.1 + 0.1);
                 let at = joints(&mut game, event.character);
                 let spheres = game.baked().body().spheres.iter();
                 let own = spheres.filter(|sphere| sphere.joint == joint);
@@ -239,10 +237,7 @@ fn nothing_pops_at_any_delay() {
     const MOMENT: (f32, f32) = (2e-5, 3e-3);
     let mut random = Random::new(11);
     for delay in [0, 1, 2, 6] {
-        let settings = CharacterSettings {
-            delay,
-            ..CharacterSettings::default()
-        };
+        let settings = with(|s: &mut CharacterSettings| s.delay = delay);
         let (mut game, mut other) = (characters(settings), characters(settings));
         let ids = spawn::<2>(&mut game);
         let mut began = 0;
@@ -302,22 +297,13 @@ fn frames_of_evasions(goal: Goal) -> usize {
 fn who_walks_on_leaves_an_evasion_when_its_threat_has_passed() {
     let [walks, stands] = [walk(WAY), Goal::Idle].map(frames_of_evasions);
     println!("{walks} {stands}");
-    assert!(
-        15 * walks < 14 * stands && walks > 100,
-        "{walks} of {stands}"
-    );
+    assert!(15 * walks < 14 * stands && walks > 100, "{walks} {stands}");
 }
 
 #[test]
 fn those_that_are_reached_first_plan_first() {
-    let one_at_a_time = CharacterSettings {
-        plans_per_step: 1,
-        ..CharacterSettings::default()
-    };
-    let no_time_for_two = CharacterSettings {
-        plan_milliseconds: 1e-6,
-        ..CharacterSettings::default()
-    };
+    let one_at_a_time = with(|s: &mut CharacterSettings| s.plans_per_step = 1);
+    let no_time_for_two = with(|s: &mut CharacterSettings| s.plan_milliseconds = 1e-6);
     for settings in [one_at_a_time, no_time_for_two] {
         let mut characters = characters(settings);
         let ids = spawn::<3>(&mut characters);
@@ -572,10 +558,7 @@ fn what_passes_far_away_is_measured() {
         }
     }
     let metres = missed_by.unwrap();
-    assert!(
-        least > 0.5 && (metres - least).abs() < 0.1,
-        "{metres} {least}"
-    );
+    assert!(least > 0.5 && (metres - least).abs() < 0.1, "{metres}");
 }
 
 #[test]
@@ -587,10 +570,8 @@ fn threats_are_changed_and_removed_by_their_ids() {
     let first = characters.threaten(threat.clone()).unwrap();
     let second = characters.threaten(threat.clone()).unwrap();
     assert_ne!(first, second);
-    let wide = Threat {
-        position: threat.position + Vec3::X * 20.0,
-        ..threat.clone()
-    };
+    let mut wide = threat.clone();
+    wide.position = threat.position + Vec3::X * 20.0;
     characters.update(first, wide.clone()).unwrap();
     characters.remove(second).unwrap();
     assert_eq!(
@@ -598,14 +579,9 @@ fn threats_are_changed_and_removed_by_their_ids() {
         Err(CharacterError::NoSuchThreat(second))
     );
     assert_eq!(characters.threats().collect::<Vec<_>>(), [(first, &wide)]);
-    assert!(
-        play(&mut characters, 120).is_empty(),
-        "what passes far away is no threat"
-    );
-    let bad = Threat {
-        velocity: Vec3::NAN,
-        ..threat
-    };
+    assert!(play(&mut characters, 120).is_empty());
+    let mut bad = threat;
+    bad.velocity = Vec3::NAN;
     assert!(characters.threaten(bad.clone()).is_err() && characters.update(first, bad).is_err());
 }
 

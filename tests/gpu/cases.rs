@@ -9,10 +9,11 @@ use sabaki::query::cull::{
 use sabaki_fixtures::cull::{
     CullCase, DEVICE_PATHS, GRIDS, atlas, attack, candidates, counted, culler, map_rect, sliced,
 };
-use sabaki_fixtures::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim;
+use sabaki_fixtures::with;
 use sabaki_fixtures::{desc, device, finish};
 
 use super::{destroy, each_culler, shimmed_device};
@@ -300,10 +301,8 @@ fn what_is_asked_for_is_counted_alone() {
 /// Without validation, which allocates for itself on this thread's behalf.
 #[test]
 fn a_cull_allocates_nothing() {
-    let silent = HeadlessDesc {
-        validation: false,
-        ..desc()
-    };
+    let mut silent = desc();
+    silent.validation = false;
     let mut device = Headless::new(&silent).unwrap();
     let mut random = Random::new(1);
     for grid in [MapGrid::PAPER, MapGrid::default()] {
@@ -341,10 +340,8 @@ fn attacks_and_candidates_of_several_passes_agree() {
     for (grid, seed) in [MapGrid::PAPER, sliced(8), GRIDS[3]].into_iter().zip(40..) {
         let mut random = Random::new(seed);
         let atlas = atlas(&mut random, grid, 8);
-        let desc = CullerDesc {
-            max_candidates: 6000,
-            ..CullerDesc::new(CullPath::Stencil, &atlas)
-        };
+        let mut desc = CullerDesc::new(CullPath::Stencil, &atlas);
+        desc.max_candidates = 6000;
         let mut culler = culler(&mut device, &desc);
         let mut large = CullCase::new(&mut random, &atlas, wide, -1..6, 60);
         for one in &mut large.attack.discs {
@@ -396,18 +393,11 @@ fn attacks_of_many_chunks_agree() {
     for one in &mut case.attack.discs {
         one.disc.radius += 1000;
     }
-    let desc = CullerDesc {
-        compute: ComputeSettings {
-            max_blocks: 1 << 20,
-            ..ComputeSettings::default()
-        },
-        ..CullerDesc::new(CullPath::Compute, &atlas)
-    };
+    let mut desc = CullerDesc::new(CullPath::Compute, &atlas);
+    desc.compute = with(|s: &mut ComputeSettings| s.max_blocks = 1 << 20);
     let input = case.input(&atlas);
-    let one = CullInput {
-        candidates: &case.candidates[..1],
-        ..input
-    };
+    let mut one = input;
+    one.candidates = &case.candidates[..1];
     agree(&mut device, &desc, &[one, input]);
     assert!(counted(&input).iter().any(|one| one.body > 0));
     finish(device);
@@ -446,10 +436,8 @@ fn any_number_of_dispatches_and_culls_agree() {
             ..CullerDesc::new(CullPath::Compute, &atlas)
         };
         let some = if max_candidates == 1 { 40 } else { 700 };
-        let input = CullInput {
-            candidates: &case.candidates[..some],
-            ..case.input(&atlas)
-        };
+        let mut input = case.input(&atlas);
+        input.candidates = &case.candidates[..some];
         agree(&mut device, &desc, &[input]);
     }
     finish(device);
@@ -474,10 +462,7 @@ fn what_does_not_fit_is_refused_by_name() {
         ..AttackDrawing::default()
     };
     // Each of its maps fills the target.
-    let mut large = AttackDrawing {
-        rect: map_rect(-500, -500, 1000, 1000),
-        ..AttackDrawing::default()
-    };
+    let mut large = with(|s: &mut AttackDrawing| s.rect = map_rect(-500, -500, 1000, 1000));
     for (slab, clock) in (0..48).flat_map(|slab| [0, 1, 5].map(|clock| (slab % 6, clock))) {
         let first = large.discs.len() as u32;
         let disc = Disc {

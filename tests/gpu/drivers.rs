@@ -2,10 +2,11 @@
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{CullerDesc, GpuError};
-use sabaki::query::cull::{CullInput, CullPath};
+use sabaki::query::cull::CullPath;
 use sabaki_fixtures::cull::{CullCase, atlas, counted, culler, sliced};
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim::Hidden;
+use sabaki_fixtures::with;
 use sabaki_fixtures::{device_without, finish};
 
 #[test]
@@ -19,19 +20,14 @@ fn moltenvk_is_known_on_every_version() {
     // More than MoltenVK has queries, and each takes one at least.
     let many = met.iter().map(|(candidate, _)| **candidate).cycle();
     let candidates: Vec<_> = many.take(33_000).collect();
-    let input = CullInput {
-        candidates: &candidates,
-        ..any.input(&atlas)
-    };
+    let mut input = any.input(&atlas);
+    input.candidates = &candidates;
     for version in [
         vk::API_VERSION_1_1,
         vk::API_VERSION_1_2,
         vk::API_VERSION_1_3,
     ] {
-        let moltenvk = Hidden {
-            driver: Some(vk::DriverId::MOLTENVK),
-            ..Hidden::default()
-        };
+        let moltenvk = with(|s: &mut Hidden| s.driver = Some(vk::DriverId::MOLTENVK));
         let mut device = device_without(moltenvk, version);
         let desc = CullerDesc {
             max_candidates: 33_000,

@@ -9,6 +9,7 @@ use sabaki_fixtures::cull::{CullCase, atlas, counted, drifting, map_rect, sliced
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim::{self, Hidden};
+use sabaki_fixtures::with;
 use sabaki_fixtures::{device_without, finish};
 
 use super::{destroy, each_culler};
@@ -28,10 +29,7 @@ const OPTIONAL: Hidden = Hidden {
 };
 
 fn without(formats: &'static [vk::Format]) -> Hidden {
-    Hidden {
-        formats,
-        ..Hidden::default()
-    }
+    with(|s: &mut Hidden| s.formats = formats)
 }
 
 /// Runs all components on a device without what is hidden, and holds them against the CPU's.
@@ -86,14 +84,8 @@ fn maps_agree(device: &mut Headless) {
 
 #[test]
 fn what_is_missing_changes_no_answer() {
-    let queries = Hidden {
-        precise_queries: true,
-        ..Hidden::default()
-    };
-    let limits = Hidden {
-        generous_limits: true,
-        ..Hidden::default()
-    };
+    let queries = with(|s: &mut Hidden| s.precise_queries = true);
+    let limits = with(|s: &mut Hidden| s.generous_limits = true);
     all_agree(queries, CURRENT);
     all_agree(limits, CURRENT);
     all_agree(Hidden::default(), vk::API_VERSION_1_1);

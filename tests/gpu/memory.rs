@@ -61,10 +61,7 @@ fn memory_is_known_before_creation() {
             // Drivers round each buffer up.
             let rounded = 4096 * memory.live.len() as u64;
             let range = bytes..=bytes + rounded;
-            assert!(
-                range.contains(&taken),
-                "{path:?}: {bytes}, {taken} are taken"
-            );
+            assert!(range.contains(&taken), "{path:?}: {bytes}, {taken} taken");
             match blocks < memory.live.len() {
                 true => assert!(mapped < bytes, "{path:?}: {mapped} of {bytes}"),
                 false => assert_eq!(mapped, taken, "{path:?}"),
@@ -91,10 +88,8 @@ fn queries_fit_slots_made_for_their_settings() {
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     for path in DEVICE_PATHS {
-        let desc = CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..CullerDesc::new(path, baked.atlas())
-        };
+        let mut desc = CullerDesc::new(path, baked.atlas());
+        desc.counted = Counted::FOR_A_CHOICE;
         let desc = desc.for_settings(&settings, 1);
         let made = device.make(|context, memory| Culler::new(context, memory, &desc));
         let mut culler = made.unwrap();

@@ -8,6 +8,7 @@ use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::cull::counted;
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::throw::throws;
+use sabaki_fixtures::with;
 use sabaki_fixtures::{device, finish};
 
 use super::raster;
@@ -22,16 +23,11 @@ fn maps_and_counts_agree(baked: &BakedGraph) {
         counts_agree(device, baked, CullPath::Compute, Enumerate::Whole);
         counts_agree(device, baked, CullPath::Stencil, Enumerate::default())
     };
-    let mut maps = MapGrid::default();
-    for (slices, slice_seconds) in [(8, maps.slice_seconds), (64, 1.0 / 60.0)] {
-        (maps.slices, maps.slice_seconds) = (slices, slice_seconds);
-        by_all_paths(&mut device, &baked.with_maps(maps).unwrap());
-    }
+    // Masks of one word, and of two.
     by_all_paths(&mut device, baked);
-    let settings = BakeSettings {
-        maps: MapGrid::PAPER,
-        ..BakeSettings::default()
-    };
+    let many = with(|s: &mut MapGrid| (s.slices, s.slice_seconds) = (64, 1.0 / 60.0));
+    by_all_paths(&mut device, &baked.with_maps(many).unwrap());
+    let settings = with(|s: &mut BakeSettings| s.maps = MapGrid::PAPER);
     let baker = Baker::new(baked.graph().clone(), settings).unwrap();
     let drawn = device.draw_maps(&baker).unwrap();
     assert!(drawn == baker.draw_on_cpu(), "other maps than the CPU's");
@@ -54,10 +50,7 @@ fn counts_agree(
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();
-    let settings = QuerySettings {
-        enumerate,
-        ..QuerySettings::default()
-    };
+    let settings = with(|s: &mut QuerySettings| s.enumerate = enumerate);
     let mut context = QueryContext::default();
     let (mut body, mut outer, mut evasion) = (0u64, 0u64, 0u64);
     let mut attacks = Vec::new();
@@ -84,8 +77,8 @@ fn counts_agree(
         }));
     }
     assert!(
-        body > 1000 && outer > 1000 && evasion > 1000,
-        "hardly anything overlaps, so this shows nothing: {body} {outer} {evasion}"
+        body.min(outer).min(evasion) > 1000,
+        "{body} {outer} {evasion}"
     );
     culler.destroy(device.memory().unwrap());
     attacks

@@ -3,6 +3,7 @@
 use std::ffi::c_void;
 
 use sabaki_fixtures::shim::{self, Hidden};
+use sabaki_fixtures::with;
 
 use super::shimmed_device;
 use sabaki::gpu::ash::{
@@ -76,10 +77,7 @@ fn a_path_runs_with_what_it_needs_alone() {
 
 /// Queues that cannot do this.
 fn without(queues: vk::QueueFlags) -> Hidden {
-    Hidden {
-        queues,
-        ..Hidden::default()
-    }
+    with(|s: &mut Hidden| s.queues = queues)
 }
 
 /// The same device, borrowed anew.

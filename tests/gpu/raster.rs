@@ -6,6 +6,7 @@ use sabaki::maps::{Disc, Drawing, raster};
 use sabaki_fixtures::cull::{disc, drifting, map_rect as rect};
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 use sabaki_fixtures::{device, finish};
 
 /// Draws with a target of `side` texels, by both rules, on both sides.
@@ -79,10 +80,7 @@ fn the_odd_cases_agree() {
     let mut random = Random::new(8);
     let at = |x, z, radius| Disc { x, z, radius };
     let drawing = |rect, frames: &[&[Disc]]| {
-        let mut drawing = Drawing {
-            rect,
-            ..Drawing::default()
-        };
+        let mut drawing = with(|s: &mut Drawing| s.rect = rect);
         for frame in frames {
             drawing.discs.extend_from_slice(frame);
             drawing.frame_ends.push(drawing.discs.len() as u32);
@@ -135,11 +133,7 @@ fn more_discs_than_one_rendering_takes_agree() {
 #[test]
 fn what_does_not_fit_is_refused_by_name() {
     let mut device = device();
-    let desc = RasterizerDesc {
-        name: "test",
-        side: 64,
-        ..RasterizerDesc::default()
-    };
+    let desc = with(|s: &mut RasterizerDesc| (s.name, s.side) = ("test", 64));
     let mut rasterizer = device
         .make(|context, memory| Rasterizer::new(context, memory, &desc))
         .unwrap();

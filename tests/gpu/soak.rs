@@ -78,10 +78,8 @@ fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> [(f64, usize);
     let mut device = Headless::new(desc).unwrap();
     let cases = cases(baked);
     let [mut stencil, mut compute] = DEVICE_PATHS.map(|path| {
-        let desc = CullerDesc {
-            frames_in_flight: SLOTS as u32,
-            ..CullerDesc::new(path, baked.atlas())
-        };
+        let mut desc = CullerDesc::new(path, baked.atlas());
+        desc.frames_in_flight = SLOTS as u32;
         let made = device.make(|context, memory| Culler::new(context, memory, &desc));
         made.unwrap()
     });
@@ -163,10 +161,8 @@ fn memory_stays_flat() {
 }
 
 fn soak_alone() {
-    let silent = HeadlessDesc {
-        validation: false,
-        ..desc()
-    };
+    let mut silent = desc();
+    silent.validation = false;
     let [early, late] = soak(embedded(), 1_500, &silent);
     println!("{early:?} {late:?}");
     assert!(early.1 == late.1 && late.1 > 0);

@@ -23,10 +23,8 @@ fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
     }
     let longer = Clip::new(&skeleton, desc).unwrap();
     let clips = [longer, twice(&skeleton, &plain)];
-    let settings = GraphSettings {
-        threshold: 1.0,
-        ..alone()
-    };
+    let mut settings = alone();
+    settings.threshold = 1.0;
     let (graph, _) = build(&clips, &[], &settings).unwrap();
     let places = |pose: &Pose| {
         let joints = joints_of(&skeleton, pose).into_iter();
@@ -75,10 +73,8 @@ fn the_blend_weight_is_kovars() {
 fn without_a_way_back_there_is_no_graph() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 25, 0.0)];
-    let settings = GraphSettings {
-        threshold: 1e-4,
-        ..alone()
-    };
+    let mut settings = alone();
+    settings.threshold = 1e-4;
     let error = build(&clips, &[], &settings).unwrap_err();
     let is_named = matches!(error, GraphError::NoCycle { clips: 1, .. });
     assert!(is_named, "{error}");
@@ -122,8 +118,6 @@ fn bad_settings_and_events_are_named() {
         let error = refused(bad);
         assert!(matches!(error, GraphError::Event { index: 0, .. }));
     }
-    let error = refused(evasion(0, f64::NEG_INFINITY, 1.0));
-    assert!(matches!(error, GraphError::EventTooLong { index: 0, .. }));
     let said = refused(evasion(0, 5.0, 6.0)).to_string();
     let named = format!("\"{}\", event 0 of all: 5 s to 6 s", clips[0].name());
     assert!(said.starts_with(&named), "{said}");
@@ -134,10 +128,8 @@ fn bad_settings_and_events_are_named() {
 #[test]
 fn what_cannot_be_kept_whole_is_refused_or_reported() {
     let clips = [round_clip(60, 0.0)];
-    let settings = GraphSettings {
-        threshold: 10.0,
-        ..alone()
-    };
+    let mut settings = alone();
+    settings.threshold = 10.0;
     let stranger = demo::motions().unwrap().skeleton;
     let error = graph::build(source(&stranger, &clips, &[]), &settings).unwrap_err();
     assert!(matches!(error, GraphError::ClipJoints { found: 9, .. }));

@@ -12,6 +12,7 @@ use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::{embedded, embedded_graph};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::{joints_of, source};
+use sabaki_fixtures::with;
 
 use crate::furthest;
 
@@ -45,10 +46,7 @@ fn a_walkers_plants_are_found_to_the_frame_or_two() {
         for (leg, truth) in walk.plants.iter().enumerate() {
             let found = graph.feet().plants(clip, leg);
             let counts = (found.len(), truth.len());
-            assert_eq!(
-                counts.0, counts.1,
-                "noise {noise}: {found:?}, truth {truth:?}"
-            );
+            assert_eq!(counts.0, counts.1, "noise {noise}: {found:?} {truth:?}");
             for (found, truth) in found.iter().zip(truth) {
                 let (first, last) = (found.first, found.last);
                 let apart = first.abs_diff(truth[0]).max(last.abs_diff(truth[1]));
@@ -113,11 +111,9 @@ fn planted_feet_slide_a_third_or_no_more_than_as_captured(graph: &MotionGraph) {
 
 /// The embedded motions with transitions of any speed, which keep planted feet or only blend.
 fn of_any_speed(keep: bool) -> MotionGraph {
-    embedded_graph(&GraphSettings {
-        keep_feet: keep,
-        fastest_step: None,
-        ..GraphSettings::default()
-    })
+    embedded_graph(&with(|s: &mut GraphSettings| {
+        (s.keep_feet, s.fastest_step) = (keep, None)
+    }))
 }
 
 /// The same transitions, aligned on the whole body, which only blend, and on the feet that stand. These may dart.
@@ -363,10 +359,7 @@ fn a_turned_or_mirrored_world_changes_nothing() {
         };
         // Half of them: a search takes time with their square.
         let clips: Vec<Clip> = motions.clips.iter().step_by(2).map(changed).collect();
-        let settings = GraphSettings {
-            threshold: 0.06,
-            ..GraphSettings::default()
-        };
+        let settings = with(|s: &mut GraphSettings| s.threshold = 0.06);
         let built = graph::build(source(skeleton, &clips, &[]), &settings);
         built.unwrap().0.foot_slide(2000)
     };

@@ -3,6 +3,7 @@
 use sabaki::anim::{Clip, Event};
 use sabaki::graph::{self, BuildReport, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki_fixtures::clips::{small_skeleton, source, swinging_clip, twice};
+use sabaki_fixtures::with;
 
 mod build;
 mod distance_map;
@@ -13,10 +14,7 @@ mod search;
 
 /// Default settings that join no clip that nothing near leads to.
 fn alone() -> GraphSettings {
-    GraphSettings {
-        farthest_join: Some(0.0),
-        ..GraphSettings::default()
-    }
+    with(|s: &mut GraphSettings| s.farthest_join = Some(0.0))
 }
 
 /// Of clips of the small skeleton.

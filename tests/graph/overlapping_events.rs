@@ -5,12 +5,13 @@ use std::sync::{Arc, OnceLock};
 
 use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::character::{CharacterSettings, Characters, Goal};
-use sabaki::graph::{self, BuildReport, ClipSource, EdgeMotion, GraphSettings, MotionGraph};
+use sabaki::graph::{self, BuildReport, EdgeMotion, GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph};
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::bake;
 use sabaki_fixtures::clips::{evasion, small_skeleton, swinging_clip};
 use sabaki_fixtures::demo;
+use sabaki_fixtures::with;
 
 use super::{assert_events_are_whole, build};
 
@@ -36,10 +37,8 @@ fn build_overlapping() -> (MotionGraph, BuildReport) {
         ..attack.clone()
     };
     events.extend([counter, within]);
-    let source = ClipSource {
-        events: &events,
-        ..motions.source()
-    };
+    let mut source = motions.source();
+    source.events = &events;
     graph::build(source, &GraphSettings::default()).unwrap()
 }
 
@@ -169,10 +168,7 @@ fn many_events_that_lie_in_each_other_build() {
     let clips = [swinging_clip(&skeleton, 30 * 90, 0.3)];
     let inset = (0..100).map(|index| 0.1 * f64::from(index));
     let events: Vec<Event> = inset.map(|by| evasion(0, 5.0 + by, 45.0 - by)).collect();
-    let settings = GraphSettings {
-        threshold: 10.0,
-        ..GraphSettings::default()
-    };
+    let settings = with(|s: &mut GraphSettings| s.threshold = 10.0);
     let (graph, _) = build(&clips, &events, &settings).unwrap();
     assert_eq!(graph.events().len(), events.len());
     graph.validate().unwrap();

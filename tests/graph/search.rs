@@ -125,10 +125,7 @@ fn compare(settings: SearchSettings, windows: &[Windows], heights: &[usize]) -> 
                         computed += pruned.computed;
                         pairs += band.pairs();
                     }
-                    assert!(
-                        found == expected,
-                        "clips {a} and {b}, bands of {height} rows, {isa:?}"
-                    );
+                    assert!(found == expected, "{a} and {b}, {height} rows, {isa:?}");
                 }
             }
         }
@@ -232,10 +229,8 @@ fn captures_need_few_of_all_distances() {
         windows_of(&set.skeleton, &clip, &weights, SETTINGS.window)
     });
     let windows: Vec<_> = windows.collect();
-    let settings = SearchSettings {
-        threshold: 0.1,
-        ..SETTINGS
-    };
+    let mut settings = SETTINGS;
+    settings.threshold = 0.1;
     let share = compare(settings, &windows, &[64, 1024]);
     assert!(share < 0.2, "{share}");
 }

@@ -14,17 +14,14 @@ use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::memory::{alone, held_at_most};
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::throw::key;
+use sabaki_fixtures::with;
 
 /// Answers an attack in both ways of looking for candidates, at the same time, within so many bytes together.
 fn answered(attack: &Attack, most: usize) -> Answer {
     let baked = embedded();
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let answer = |enumerate| {
-        let settings = QuerySettings {
-            enumerate,
-            threads: 0,
-            ..QuerySettings::default()
-        };
+        let settings = with(|s: &mut QuerySettings| (s.enumerate, s.threads) = (enumerate, 0));
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         Query::new(baked, &settings).answer(
             Request::new(playhead, attack),

@@ -11,13 +11,11 @@ use sabaki_fixtures::clips::{
     evasion, skeleton, small_skeleton, source, still_clip, swinging_clip,
 };
 use sabaki_fixtures::memory::{alone, held_at_most};
+use sabaki_fixtures::with;
 
 /// Builds in a gigabyte, and gives the error.
 fn refused(skeleton: &Skeleton, clips: &[Clip], events: &[Event]) -> GraphError {
-    let settings = GraphSettings {
-        memory: 1 << 30,
-        ..GraphSettings::default()
-    };
+    let settings = with(|s: &mut GraphSettings| s.memory = 1 << 30);
     graph::build(source(skeleton, clips, events), &settings).unwrap_err()
 }
 
@@ -65,10 +63,7 @@ fn a_clip_in_which_nothing_moves_is_answered() {
         // Each of 12 million pairs of frames is as good as all others.
         let skeleton = small_skeleton();
         let clips = [still(&skeleton, 165.0)];
-        let settings = GraphSettings {
-            links: None,
-            ..GraphSettings::default()
-        };
+        let settings = with(|s: &mut GraphSettings| s.links = None);
         let build = || graph::build(source(&skeleton, &clips, &[]), &settings);
         let (built, held) = held_at_most(build);
         assert!(built.is_ok() || matches!(built, Err(GraphError::TooMany { .. })));
@@ -93,25 +88,15 @@ fn a_hundred_thousand_events_are_refused() {
 fn an_event_that_does_not_end_is_refused_by_number() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 30 * 90, 0.3)];
-    let error = refused(
-        &skeleton,
-        &clips,
-        &[evasion(0, 1.0, 2.0), evasion(0, 3.0, 63.5)],
-    );
-    assert_eq!(
-        error,
-        GraphError::EventTooLong {
-            index: 1,
-            clip: Some(clips[0].name().to_owned()),
-            max: 60.0
-        }
-    );
     let named = format!("\"{}\", event 1 of all: ", clips[0].name());
-    for words in [named.as_str(), "60 s"] {
-        assert!(error.to_string().contains(words), "{error}");
+    for (start, end) in [(3.0, 63.5), (f64::NEG_INFINITY, 1.0)] {
+        let events = [evasion(0, 1.0, 2.0), evasion(0, start, end)];
+        let error = refused(&skeleton, &clips, &events);
+        assert!(matches!(error, GraphError::EventTooLong { .. }));
+        for words in [named.as_str(), "60 s"] {
+            assert!(error.to_string().contains(words), "{error}");
+        }
     }
-    let error = refused(&skeleton, &clips, &[evasion(1, 3.0, 63.5)]);
-    assert!(error.to_string().starts_with("event 0: "), "{error}");
 }
 
 #[test]
@@ -124,16 +109,6 @@ fn events_that_are_there_twice_are_refused_with_both_numbers_clip_and_times() {
         evasion(0, 2.0, 3.001),
     ];
     let error = refused(&skeleton, &clips, &events);
-    assert_eq!(
-        error,
-        GraphError::EventTwice {
-            first: 1,
-            second: 2,
-            clip: clips[0].name().to_owned(),
-            start: 2.0,
-            end: 3.0
-        }
-    );
     let expected = format!(
         "\"{}\" has two events of one kind in the same frames, from 2 s to 3 s (events 1 and 2 of all)",
         clips[0].name()

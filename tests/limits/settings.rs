@@ -11,6 +11,7 @@ use sabaki::query::{
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::small::small;
 use sabaki_fixtures::throw::key;
+use sabaki_fixtures::with;
 
 /// A way to spoil what a bake is asked for.
 type SpoilBake = fn(&mut BakeSettings);
@@ -63,10 +64,8 @@ fn ask(settings: &QuerySettings, playhead: Playhead) {
     for seconds in [0.05, 0.3, 0.8] {
         let attack = Attack::new(ball(seconds, 0.1)).unwrap();
         for evaluation in [Evaluation::Lazy, Evaluation::Exhaustive] {
-            let request = Request {
-                evaluation,
-                ..Request::new(playhead, &attack)
-            };
+            let mut request = Request::new(playhead, &attack);
+            request.evaluation = evaluation;
             Query::new(small(), settings).answer(request, &mut context, &mut answer);
             assert!(answer.chosen < answer.candidates.len());
         }
@@ -96,10 +95,7 @@ fn query_settings_out_of_range_are_refused_by_name_and_crash_nothing() {
             ask(&settings, at(0.0, Rigid2::IDENTITY));
         }
     }
-    let none = QuerySettings {
-        most_evasions: 0,
-        ..QuerySettings::default()
-    };
+    let none = with(|s: &mut QuerySettings| s.most_evasions = 0);
     assert_eq!(none.check().unwrap_err().name, "most_evasions");
     ask(&none, at(0.0, Rigid2::IDENTITY));
     let mut many = QuerySettings::default();

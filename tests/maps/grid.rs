@@ -9,6 +9,7 @@ use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, S
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::throw::throws;
+use sabaki_fixtures::with;
 
 use super::nodes;
 
@@ -52,10 +53,7 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
                     heights: 1 << bit,
                 };
                 let middle = column.middle(cell);
-                assert!(
-                    depth(path, start, middle) > -slack,
-                    "nobody was in {column:?}"
-                );
+                assert!(depth(path, start, middle) > -slack, "{column:?} was free");
                 assert!(depth(path, end, middle) < slack, "{column:?} is occupied");
                 filed_cells += 1;
             }
@@ -92,10 +90,7 @@ fn looking_up_columns_is_looking_at_every_cell() {
 #[test]
 fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
     let baked = embedded();
-    let settings = |enumerate| QuerySettings {
-        enumerate,
-        ..QuerySettings::default()
-    };
+    let settings = |enumerate| with(|s: &mut QuerySettings| s.enumerate = enumerate);
     let (mut context, mut from_grid) = (QueryContext::default(), 0);
     let wide = settings(Enumerate::Whole);
     for (index, throw) in throws(baked, 23, 40).enumerate() {

@@ -10,16 +10,14 @@ use sabaki::maps::{
 use sabaki::math::Rigid2;
 use sabaki_fixtures::cull::map_rect;
 use sabaki_fixtures::small::small;
+use sabaki_fixtures::with;
 
 fn drawing() -> impl Strategy<Value = Drawing> {
     let disc =
         (-80i32..700, -80i32..500, 0f32..220.0).prop_map(|(x, z, radius)| Disc::new(x, z, radius));
     let frames = prop::collection::vec(prop::collection::vec(disc, 0..4), 0..6);
     ((1u32..40, 1u32..30), frames).prop_map(|((width, height), frames)| {
-        let mut drawing = Drawing {
-            rect: map_rect(-7, 3, width, height),
-            ..Drawing::default()
-        };
+        let mut drawing = with(|s: &mut Drawing| s.rect = map_rect(-7, 3, width, height));
         for discs in frames {
             drawing.discs.extend(discs);
             drawing.frame_ends.push(drawing.discs.len() as u32);
@@ -135,12 +133,8 @@ fn a_mask_map_of_other_slices_or_words_is_not_sound() {
 #[test]
 fn a_body_that_is_none_or_reaches_too_high_is_refused() {
     let graph = || small().graph().clone();
-    let with = |body: Option<Body>, maps: MapGrid| {
-        let settings = BakeSettings {
-            body,
-            maps,
-            ..BakeSettings::default()
-        };
+    let refused = |body: Option<Body>, maps: MapGrid| {
+        let settings = with(|s: &mut BakeSettings| (s.body, s.maps) = (body, maps));
         Baker::new(graph(), settings).unwrap_err()
     };
     let sphere = |joint, radius| BodySphere {
@@ -156,18 +150,15 @@ fn a_body_that_is_none_or_reaches_too_high_is_refused() {
     ];
     for spheres in no_bodies {
         let body = Some(Body::new(spheres));
-        assert_eq!(with(body, MapGrid::default()), BakeError::Body);
+        assert_eq!(refused(body, MapGrid::default()), BakeError::Body);
     }
     let high = Body::new(vec![BodySphere {
         offset: Vec3::Y * 900.0,
         ..sphere(0, 0.1)
     }]);
-    let thin = MapGrid {
-        slab_height: 0.001,
-        ..MapGrid::default()
-    };
+    let thin = with(|s: &mut MapGrid| s.slab_height = 0.001);
     assert!(matches!(
-        with(Some(high), thin),
+        refused(Some(high), thin),
         BakeError::TooHigh {
             high: 800_000..,
             ..

@@ -7,32 +7,23 @@ use sabaki::maps::{
 };
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::small::small;
+use sabaki_fixtures::with;
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
-    let settings = BakeSettings {
-        maps,
-        threads,
-        ..BakeSettings::default()
-    };
+    let settings = with(|s: &mut BakeSettings| (s.maps, s.threads) = (maps, threads));
     sabaki_fixtures::baked::bake(small().graph().clone(), settings)
 }
 
 #[test]
 fn a_graph_with_other_maps_is_the_graph_that_is_baked_with_them() {
     let baked = bake(MapGrid::default(), 1);
-    let slabs = MapGrid {
-        slab_height: 0.2,
-        ..MapGrid::default()
-    };
+    let slabs = with(|s: &mut MapGrid| s.slab_height = 0.2);
     for maps in [MapGrid::PAPER, slabs, MapGrid::default()] {
         let other = baked.with_maps(maps).unwrap();
         assert!(other == bake(maps, 1), "{maps:?}");
         assert_eq!(other == baked, maps == MapGrid::default());
     }
-    let none = MapGrid {
-        slab_height: 0.0,
-        ..MapGrid::default()
-    };
+    let none = with(|s: &mut MapGrid| s.slab_height = 0.0);
     assert!(matches!(baked.with_maps(none), Err(BakeError::Grid(_))));
 }
 

@@ -5,6 +5,7 @@ use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::throw::{Throw, throws};
+use sabaki_fixtures::with;
 
 #[test]
 fn neither_a_query_nor_counting_allocates() {
@@ -15,11 +16,7 @@ fn neither_a_query_nor_counting_allocates() {
         Enumerate::NearestCell,
         Enumerate::Whole,
     ] {
-        let settings = QuerySettings {
-            enumerate,
-            list_late: true,
-            ..QuerySettings::default()
-        };
+        let settings = with(|s: &mut QuerySettings| (s.enumerate, s.list_late) = (enumerate, true));
         let query = Query::new(baked, &settings);
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let (mut culler, mut overlaps) = (Culler::default(), Vec::new());

@@ -10,6 +10,7 @@ use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySetting
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::{bake, embedded, embedded_graph};
 use sabaki_fixtures::throw::throws;
+use sabaki_fixtures::with;
 
 use super::of_edges;
 
@@ -17,10 +18,7 @@ use super::of_edges;
 fn any_number_of_threads_bakes_the_same_bytes() {
     // The shared bake has a thread for each core.
     let threads = if thread_count(0) > 1 { 1 } else { 3 };
-    let graph = embedded_graph(&GraphSettings {
-        threads,
-        ..GraphSettings::default()
-    });
+    let graph = embedded_graph(&with(|s: &mut GraphSettings| s.threads = threads));
     let mut settings = BakeSettings::default();
     (settings.threads, settings.paths.threads) = (threads, threads);
     let bytes = to_bytes(&bake(graph, settings)).unwrap();

@@ -7,7 +7,7 @@ use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::graph::{Entry, Played};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings};
+use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::TimedThrow;
@@ -158,10 +158,8 @@ fn balls(contact: f32) -> Vec<TimedThrow> {
 }
 
 fn answer_to(entries: EntryUse, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {
-    let settings = QuerySettings {
-        entries,
-        ..unwarped()
-    };
+    let mut settings = unwarped();
+    settings.entries = entries;
     let query = Query::new(embedded(), &settings);
     answer_throw(&query, &thrown.throw, evaluation)
 }

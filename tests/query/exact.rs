@@ -78,20 +78,16 @@ fn bounding_spheres_leave_out_nothing_that_is_near() {
         let attack = Attack::new(spheres.collect()).unwrap();
         let mut of = |extent| -> Clearance {
             let no_motion = |_: &mut _| panic!("the track lasts as long as the attack");
-            let test = ExactTest {
-                extent,
-                ..ExactTest::new(baked, &attack)
-            };
+            let mut test = ExactTest::new(baked, &attack);
+            test.extent = extent;
             test.on_track(&evasion, &mut scratch, no_motion)
         };
         let expected = naive(&evasion, &radii, &attack);
         let found = of(Extent::WHOLE);
         let error = (found.metres - expected).abs();
         assert!(error < 2e-4, "{found:?} {expected}");
-        let limit = Extent {
-            below: expected + rng.random_range(-0.2..0.2),
-            ..Extent::WHOLE
-        };
+        let mut limit = Extent::WHOLE;
+        limit.below = expected + rng.random_range(-0.2..0.2);
         let limited = of(limit);
         match limit.below > expected + 1e-3 {
             true => assert_eq!(limited, found),
@@ -131,10 +127,8 @@ fn of_many_spheres_the_nearest_one_counts() {
         motion.extend(graph, 1.0);
         let mut nearest = |spheres: &[Vec<SphereKey>], sampling| {
             let attack = Attack::new(spheres.to_vec()).unwrap();
-            let test = ExactTest {
-                sampling,
-                ..ExactTest::new(baked, &attack)
-            };
+            let mut test = ExactTest::new(baked, &attack);
+            test.sampling = sampling;
             let no_motion = |_: &mut _| panic!("the track lasts as long as the attack");
             [
                 test.on_motion(&motion, &mut scratch).metres,
@@ -216,22 +210,18 @@ fn coarse_samples_say_what_all_of_them_say(baked: &BakedGraph) {
         hits += usize::from(exact < 0.0);
         // What lies further away than is asked for is not told apart.
         let below = 0.05;
-        let extent = Extent {
-            below,
-            ..Extent::WHOLE
-        };
+        let mut extent = Extent::WHOLE;
+        extent.below = below;
         assert_eq!(test(Sampling::Each, extent), exact.min(below));
         assert_eq!(test(Sampling::CoarseFirst, extent), coarse.min(below));
         near += usize::from(exact < below);
         // And what is deeper than is asked for is deeper indeed.
-        let enough = Extent {
-            enough: -0.05,
-            ..Extent::WHOLE
-        };
+        let mut enough = Extent::WHOLE;
+        enough.enough = -0.05;
         assert_eq!(test(Sampling::Each, enough) < -0.05, exact < -0.05);
     }
     assert!(
         hits > COUNT / 5 && near < COUNT,
-        "{hits} hit, {near} are near, of {COUNT}"
+        "{hits} and {near} of {COUNT}"
     );
 }

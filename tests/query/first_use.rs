@@ -12,6 +12,7 @@ use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::small::{small_bake, small_evasion};
 use sabaki_fixtures::throw::{Throw, throws};
+use sabaki_fixtures::with;
 
 /// A graph of more evasions than are prepared by loading.
 fn built() -> &'static BakedGraph {
@@ -46,10 +47,7 @@ fn answers_do_not_depend_on_what_is_prepared() {
     let (lazy, ready) = (loaded(), prepared());
     assert_eq!(lazy, ready);
     let throws: Vec<Throw> = throws(&ready, 3, 40).collect();
-    let settings = QuerySettings {
-        enumerate: Enumerate::TouchedCells,
-        ..QuerySettings::default()
-    };
+    let settings = with(|s: &mut QuerySettings| s.enumerate = Enumerate::TouchedCells);
     let answers = |baked: &BakedGraph| -> Vec<String> {
         let query = Query::new(baked, &settings);
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());

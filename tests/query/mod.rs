@@ -12,6 +12,7 @@ use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::{BallThrower, TimedThrow};
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::throw::Throw;
+use sabaki_fixtures::with;
 
 use crate::furthest;
 
@@ -33,18 +34,12 @@ mod warp;
 
 /// Without warps.
 fn unwarped() -> QuerySettings {
-    QuerySettings {
-        warp: WarpSettings::off(),
-        ..QuerySettings::default()
-    }
+    with(|s: &mut QuerySettings| s.warp = WarpSettings::off())
 }
 
 /// Without entries: there is more to warp.
 fn without_entries() -> QuerySettings {
-    QuerySettings {
-        entries: EntryUse::none(),
-        ..QuerySettings::default()
-    }
+    with(|s: &mut QuerySettings| s.entries = EntryUse::none())
 }
 
 /// The candidates that edges lead to, without warps.

@@ -95,10 +95,8 @@ fn entries_into_obstacles_are_those_of_a_naive_search(baked: &BakedGraph) {
             let wanted = naive(&test, &motion);
             let depth = found.map_or(0.0, |hit| hit.harm);
             assert_eq!(depth, wanted, "edge {index}: {obstacle:?}");
-            let first = ObstacleTest {
-                enough: 0.0,
-                ..test
-            };
+            let mut first = test;
+            first.enough = 0.0;
             let first = scratch.worst_entry(&first, &motion);
             assert_eq!(first.is_some(), wanted > 0.0, "edge {index}: {obstacle:?}");
             entered += usize::from(wanted > 0.0);
@@ -106,7 +104,7 @@ fn entries_into_obstacles_are_those_of_a_naive_search(baked: &BakedGraph) {
         }
     }
     assert!(
-        entered > 50 && free > 50 && blended > 3,
+        entered.min(free) > 50 && blended > 3,
         "{entered} {free} {blended}"
     );
 }
@@ -166,10 +164,8 @@ fn answers_among_obstacles_enter_none(baked: &BakedGraph) {
             Obstacle::disc(Vec2::new(root.x, root.z) + way * far, 0.2).unwrap()
         });
         let solids: Vec<Obstacle> = discs.map(|disc| disc.weighing(1.0).unwrap()).collect();
-        let request = Request {
-            obstacles: &solids,
-            ..throw.request()
-        };
+        let mut request = throw.request();
+        request.obstacles = &solids;
         Query::new(baked, &settings).answer(request, &mut context, &mut answer);
         if !answer.avoided {
             hit += 1;

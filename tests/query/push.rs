@@ -8,6 +8,7 @@ use sabaki::query::{Answer, CandidateResult, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::TimedThrow;
+use sabaki_fixtures::with;
 
 use super::{balls_at, centres};
 
@@ -29,10 +30,7 @@ fn push(baked: &BakedGraph, motion: &Motion, end: f32) -> f32 {
 }
 
 fn answer(multiple: f32, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {
-    let settings = QuerySettings {
-        push_off: multiple,
-        ..QuerySettings::default()
-    };
+    let settings = with(|s: &mut QuerySettings| s.push_off = multiple);
     let query = Query::new(embedded(), &settings);
     answer_throw(&query, &thrown.throw, evaluation)
 }

@@ -10,6 +10,7 @@ use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::spans::Spans;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::with;
 
 #[test]
 fn the_stages_of_a_query_and_of_a_step_are_spans() {
@@ -18,21 +19,14 @@ fn the_stages_of_a_query_and_of_a_step_are_spans() {
     tracing::subscriber::with_default(spans.clone(), || {
         let query = Query::new(baked, &settings);
         // So late that some attacks are only avoided by a warp.
-        let late = ThrowSettings {
-            lead: (0.0, 0.05),
-            speed: (12.0, 15.0),
-            ..ThrowSettings::default()
-        };
+        let late = with(|s: &mut ThrowSettings| (s.lead, s.speed) = ((0.0, 0.05), (12.0, 15.0)));
         for index in 0..60 {
             let throw = throw(baked, &late, 5, index).unwrap();
             // A span that another test enters for the first time meanwhile may be taken for one that nobody hears.
             tracing::callsite::rebuild_interest_cache();
             answer_throw(&query, &throw, sabaki::query::Evaluation::Lazy);
         }
-        let settings = CharacterSettings {
-            threads: 1,
-            ..CharacterSettings::default()
-        };
+        let settings = with(|s: &mut CharacterSettings| s.threads = 1);
         let mut game = Characters::new(Arc::new(baked.clone()), settings).unwrap();
         let id = game.spawn(Rigid2::IDENTITY).unwrap();
         let mut events = Vec::new();

@@ -1,5 +1,7 @@
 //! Promise: what a warp bends is clean, within its bounds, and stays a body: feet stand, knees bend their own way.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 use sabaki::anim::{JointTransform, Leg, Pose};
 use sabaki::graph::Motion;
@@ -81,6 +83,12 @@ fn assert_sound(baked: &BakedGraph, attack: &Attack, motion: &Motion) {
     }
 }
 
+/// The [`hits`] of the embedded motions.
+fn of_embedded() -> &'static [(Attack, Answer)] {
+    static HITS: OnceLock<Vec<(Attack, Answer)>> = OnceLock::new();
+    HITS.get_or_init(|| hits(embedded(), 150))
+}
+
 /// Throws that hit without a warp, and what becomes of them with one.
 fn hits(baked: &BakedGraph, count: u64) -> Vec<(Attack, Answer)> {
     let (settings, off) = (without_entries(), of_edges());
@@ -99,10 +107,9 @@ fn hits(baked: &BakedGraph, count: u64) -> Vec<(Attack, Answer)> {
 }
 
 /// At least `share` of the hits are cured, and every cure is one.
-fn holds(baked: &BakedGraph, throws: u64, share: f32) {
-    let hits = hits(baked, throws);
+fn holds(baked: &BakedGraph, hits: &[(Attack, Answer)], share: f32) {
     let mut cured = 0;
-    for (attack, answer) in &hits {
+    for (attack, answer) in hits {
         assert_eq!(answer.avoided, answer.chosen().warp.is_some());
         if !answer.avoided {
             continue;
@@ -122,13 +129,13 @@ fn holds(baked: &BakedGraph, throws: u64, share: f32) {
 
 #[test]
 fn warped_answers_are_clean_and_bodies() {
-    holds(embedded(), 150, 0.2);
+    holds(embedded(), of_embedded(), 0.2);
 }
 
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn warped_answers_of_captures_are_clean_and_bodies() {
-    holds(fight(), 150, 0.4);
+    holds(fight(), &hits(fight(), 150), 0.4);
 }
 
 #[test]
@@ -150,8 +157,7 @@ fn a_warp_is_the_same_again_by_its_report() {
 #[test]
 fn the_rest_of_a_bent_motion_goes_on_as_it_was() {
     let baked = embedded();
-    let hits = hits(baked, 80);
-    let warped = hits.iter().filter(|(_, answer)| answer.avoided);
+    let warped = of_embedded().iter().filter(|(_, answer)| answer.avoided);
     let (mut a, mut b) = (Pose::default(), Pose::default());
     let mut seen = 0;
     for (_, answer) in warped {
@@ -226,19 +232,19 @@ fn wide_misses_are_lessened_where_settings_say_so() {
 }
 
 /// Warped answers are taken over in the middle of their warps.
-fn bends_fade_out(baked: &BakedGraph, throws: u64) {
+fn bends_fade_out(baked: &BakedGraph, hits: &[(Attack, Answer)]) {
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let mut asked = 0;
-    for (attack, first) in hits(baked, throws) {
+    for (attack, first) in hits {
         let Some(warp) = first.motion.warp().copied() else {
             continue;
         };
         let envelope = warp.envelope;
         for share in [0.2, 0.5, 0.8] {
             let now = envelope.start + share * (envelope.end - envelope.start);
-            let answer = taken_over(&query, baked, (&first.motion, now), &attack, 0.005);
-            let naive = naive_clearance(baked, &answer.motion, &attack, 600.0);
+            let answer = taken_over(&query, baked, (&first.motion, now), attack, 0.005);
+            let naive = naive_clearance(baked, &answer.motion, attack, 600.0);
             assert!(!answer.avoided || naive > -0.003, "{naive}");
             asked += 1;
         }
@@ -248,11 +254,11 @@ fn bends_fade_out(baked: &BakedGraph, throws: u64) {
 
 #[test]
 fn an_attack_during_a_warp_is_answered_from_the_bent_body() {
-    bends_fade_out(embedded(), 150);
+    bends_fade_out(embedded(), of_embedded());
 }
 
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn an_attack_during_a_warp_of_captures_is_answered_from_the_bent_body() {
-    bends_fade_out(fight(), 60);
+    bends_fade_out(fight(), &hits(fight(), 60));
 }

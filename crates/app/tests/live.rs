@@ -90,10 +90,7 @@ fn a_driven_character_goes_where_the_keys_lead_dodges_and_enters_no_wall() {
     }
     assert!(deepest < 1e-3, "{deepest}");
     let score = drive.score();
-    assert!(
-        score.missed >= 8 && score.missed > 4 * score.hits,
-        "{score:?}"
-    );
+    assert!(score.missed >= 8.max(4 * score.hits + 1), "{score:?}");
     let passed = drive
         .take_events()
         .into_iter()

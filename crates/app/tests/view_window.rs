@@ -4,6 +4,7 @@
 #![cfg(target_os = "linux")]
 
 use sabaki_fixtures::screen;
+use sabaki_fixtures::with;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -43,20 +44,12 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     screen.click([240, 150]);
     let throw = shown.wait("throw");
     assert_eq!(throw["number"], 1);
-    assert_eq!(
-        throw["at_body"], true,
-        "the fighter is in the middle: {throw:#}"
-    );
+    assert_eq!(throw["at_body"], true, "{throw:#}");
     // A second click while the ball is on its way throws none.
     screen.click([240, 150]);
     let answer = shown.wait("answer");
     assert_eq!(answer["number"], 1);
-    assert_eq!(
-        answer["cull"],
-        "stencil",
-        "{:?}",
-        shown.has_heard("trouble")
-    );
+    assert_eq!(answer["cull"], "stencil");
     assert!(answer["query_ms"].as_f64().unwrap() > 0.0);
     let passed = shown.wait("passed");
     assert!(shown.has_heard("ignored"));
@@ -145,10 +138,8 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
             at: [0.5, 0.45],
             seconds: 0.5,
         };
-        let desc = WindowDesc {
-            clicks: vec![click],
-            ..stepped(0.03125, frames)
-        };
+        let mut desc = stepped(0.03125, frames);
+        desc.clicks = vec![click];
         assert_same(&png, &mut scene, &desc, name);
     }
 }
@@ -181,10 +172,7 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         .clips
         .iter()
         .find(|clip| clip.name() == "front_kick");
-    let settings = FormationSettings {
-        count: 400,
-        ..FormationSettings::default()
-    };
+    let settings = with(|s: &mut FormationSettings| s.count = 400);
     let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
     let formation = Formation::new(
         &motions.skeleton,

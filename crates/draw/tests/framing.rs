@@ -7,6 +7,7 @@ use sabaki::math::{F32x16, Rigid2, Sphere};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, Formation, FormationSettings, Orbit, Skin};
 use sabaki_fixtures::demo;
+use sabaki_fixtures::with;
 
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::throw::key;
@@ -67,11 +68,7 @@ fn of_several_balls_the_camera_follows_the_nearest_and_shows_the_body() {
             let mut joints = Vec::new();
             dodge.joints(t, &mut joints);
             for joint in &joints {
-                assert!(
-                    is_inside(&camera, joint.translation),
-                    "{:?}",
-                    joint.translation
-                );
+                assert!(is_inside(&camera, joint.translation), "{joint:?}");
             }
             assert!(is_inside(&camera, dodge.ball(t).centre));
             // The body is not a dot.
@@ -119,11 +116,7 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
     let (mesh, bones) = (0, Vec::new());
     let skin = Skin { mesh, bones };
     for count in 1..10u32 {
-        let settings = FormationSettings {
-            count,
-            threads: 1,
-            ..FormationSettings::default()
-        };
+        let settings = with(|s: &mut FormationSettings| (s.count, s.threads) = (count, 1));
         let mut formation =
             Formation::new(&motions.skeleton, &motions.clips[0], &skin, &settings).unwrap();
         let camera = formation.camera();

@@ -23,6 +23,7 @@ use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::cull::map_rect;
 use sabaki_fixtures::demo::{self, Motions};
 use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::with;
 use sabaki_fixtures::{device, shim};
 use strange::limit_of;
 
@@ -166,11 +167,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     shot.solids.push(ball_of(ball, 0.12, RED));
     let picture = paint(&mut painter, &shot);
     let seen = |place| camera().pixel(place, SIZE).unwrap();
-    assert!(
-        is_red(picture.at(seen(ball))),
-        "{:?}",
-        picture.at(seen(ball))
-    );
+    assert!(is_red(picture.at(seen(ball))));
     assert!(!is_red(picture.at(seen(ball + 0.2 * Vec3::Y))));
     for capsule in &shot.solids {
         let pixel = seen(middle(capsule));
@@ -179,11 +176,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     // The sun is behind the left shoulder: the ball's shadow lies on the other side, where nothing else is drawn.
     let sunward = shot.light.sunward.normalize();
     let shadow = ball - sunward * (ball.y / sunward.y);
-    assert!(
-        picture.differs(&floor, seen(shadow)),
-        "{:?}",
-        picture.at(seen(shadow))
-    );
+    assert!(picture.differs(&floor, seen(shadow)));
     let sum = |picture: &Picture, at| picture.at(at).iter().sum::<i32>();
     assert!(sum(&picture, seen(shadow)) < sum(&floor, seen(shadow)));
 
@@ -209,10 +202,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     let texel =
         |column: f32, row: f32| seen(placement.point(Vec3::new(column * 0.02, 0.8, row * 0.02)));
     assert!(is_red(layered.at(texel(20.0, 10.0))), "a set texel");
-    assert!(
-        !is_red(layered.at(texel(40.0, 10.0))),
-        "one that is not set"
-    );
+    assert!(!is_red(layered.at(texel(40.0, 10.0))), "not set");
     assert!(!is_red(layered.at(texel(4.0, 10.0))), "outside of the map");
 
     let again = paint(&mut painter, &shot);
@@ -237,10 +227,7 @@ fn one_sample_a_pixel_and_another_device_draw_the_same_scene() {
             picture
         })
         .collect();
-    assert!(
-        pictures[0].0 == pictures[1].0,
-        "a new device draws the same bytes"
-    );
+    assert!(pictures[0].0 == pictures[1].0, "another device");
     // Edges alone.
     let apart = pictures[0].apart(&pictures[2]);
     assert!((1..PIXELS / 20).contains(&apart), "{apart} of {PIXELS}");
@@ -249,11 +236,7 @@ fn one_sample_a_pixel_and_another_device_draw_the_same_scene() {
 #[test]
 fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
     let motions = demo::motions().unwrap();
-    let settings = FormationSettings {
-        count: 300,
-        threads: 1,
-        ..FormationSettings::default()
-    };
+    let settings = with(|s: &mut FormationSettings| (s.count, s.threads) = (300, 1));
     let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
     // Those in blue: in the light white clothes have the colour of the floor.
     let mut formation = Formation::new(
@@ -273,28 +256,19 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         formation.look_from(&camera, SIZE).unwrap();
         formation.pose(painter.poses().unwrap()).unwrap();
         let (shot, shown) = formation.shot(camera, SIZE).unwrap();
-        assert!(
-            shown.groups.len() >= 3 || !lod,
-            "one draw for each level and resolution"
-        );
+        assert!(shown.groups.len() >= 3 || !lod, "a draw for each level");
         let nobody = Picture(painter.paint(&shot, None).unwrap());
         let everybody = Picture(painter.paint(&shot, Some(&shown)).unwrap());
         // The first row's trunks.
         for file in 2..8 {
             let place = Vec3::new((file as f32 - 4.5) * Formation::APART, 1.05, 0.0);
             let pixel = camera.pixel(place, SIZE).unwrap();
-            assert!(
-                everybody.differs(&nobody, pixel),
-                "file {file}, levels {lod}"
-            );
+            assert!(everybody.differs(&nobody, pixel), "{file} {lod}");
         }
         taken.push(everybody);
     }
     let changed = taken[0].apart(&taken[1]);
-    assert!(
-        changed < 2000,
-        "levels change little that one sees: {changed}"
-    );
+    assert!(changed < 2000, "levels change little: {changed}");
     assert!(taken[0].apart(&taken[2]) > 2000, "colours show");
     assert!(formation.census()[0] < 300);
     end(painter);

@@ -11,6 +11,7 @@ use sabaki_draw::scene::{
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 use sabaki_fixtures::clips::changed;
 use sabaki_fixtures::demo;
+use sabaki_fixtures::with;
 
 use super::framing::dodge;
 use super::{SIZE, empty, end, skin_on, vertex};
@@ -213,10 +214,7 @@ fn a_film_ends_whatever_its_settings() {
     let half = Vec3::new(0.0, 0.0, 3.0);
     let numbers = [0.0, -1.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e9];
     for number in numbers {
-        let settings = DodgeSettings {
-            slowest: number,
-            ..DodgeSettings::default()
-        };
+        let settings = with(|s: &mut DodgeSettings| s.slowest = number);
         playback(half, &settings, |dodge| {
             let pictures = dodge.moments(25.0).len();
             assert!((1..60_000).contains(&pictures), "{settings:?}: {pictures}");

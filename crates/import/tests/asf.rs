@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3, Quat, Vec3};
 use sabaki::anim::JointKind;
 use sabaki_fixtures::clips::joints_at;
+use sabaki_fixtures::with;
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::{FileError, LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
 
@@ -91,10 +92,7 @@ fn a_motion_finds_its_skeleton_and_its_unit() {
         let read = read_clip(&folder.path().join(motion), &ReadOptions::default()).unwrap();
         assert_eq!(read.scale.found, ScaleSource::Unit(LengthUnit::Cmu));
         assert_eq!(read.clip.frame_rate(), AmcFile::USUAL_RATE);
-        let options = ReadOptions {
-            amc_rate: Some(30.0),
-            ..ReadOptions::default()
-        };
+        let options = with(|s: &mut ReadOptions| s.amc_rate = Some(30.0));
         let slow = read_clip(&folder.path().join(motion), &options).unwrap();
         assert_eq!(slow.clip.frame_rate(), 30.0);
     }
@@ -104,10 +102,7 @@ fn a_motion_finds_its_skeleton_and_its_unit() {
     let (_, error) = refused_file(read_clip(&walk, &ReadOptions::default()));
     let is_named = matches!(&error, FileError::NoSkeleton(names) if names[0] == "walk.asf");
     assert!(is_named, "{error}");
-    let options = ReadOptions {
-        amc_rate: Some(f64::NAN),
-        ..ReadOptions::default()
-    };
+    let options = with(|s: &mut ReadOptions| s.amc_rate = Some(f64::NAN));
     let refused = read_clip(&walk, &options);
     assert!(matches!(refused, Err(ReadError::Rate(_))));
 }
@@ -117,10 +112,7 @@ fn what_lies_is_stood_up() {
     let folder = folder("a.asf", "a.amc");
     let path = folder.path().join("a.amc");
     let places = |up: Up| -> Vec<Vec3> {
-        let options = ReadOptions {
-            up: Some(up),
-            ..ReadOptions::default()
-        };
+        let options = with(|s: &mut ReadOptions| s.up = Some(up));
         let read = read_clip(&path, &options).unwrap();
         let joints = joints_at(&read.skeleton, &read.clip, 1);
         joints.iter().map(|joint| joint.translation).collect()

@@ -9,6 +9,7 @@ use sabaki::maps::{Body, BodySphere};
 use sabaki_fixtures::demo;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shapes::Shape;
+use sabaki_fixtures::with;
 use sabaki_import::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
 use sabaki_import::parse_obj;
 
@@ -97,11 +98,7 @@ fn check_spheres(body: &Body, pose: &BindPose<'_>, capsules: &[([Vec3; 2], f32)]
             let direction = Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
             let out = off_capsules(capsules, centre + direction * sphere.radius);
             let most = FitSettings::default().bulge + 0.006;
-            assert!(
-                out <= most,
-                "a sphere of {:?} sticks out by {out} m",
-                sphere.joint
-            );
+            assert!(out <= most, "{:?} sticks out by {out} m", sphere.joint);
         }
     }
 }
@@ -135,10 +132,7 @@ fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
 fn a_fit_that_misses_by_far_names_the_joint() {
     let skeleton = skeleton();
     let (pose, mesh) = at_rest(&skeleton);
-    let settings = FitSettings {
-        most_spheres: 1,
-        ..FitSettings::default()
-    };
+    let settings = with(|s: &mut FitSettings| s.most_spheres = 1);
     let (_, report) = fit_body(&pose, &mesh, &settings).unwrap();
     let misfits = report.misfits(&settings);
     let said = "the mesh sticks out of the spheres";
@@ -245,15 +239,11 @@ fn a_mesh_can_be_stood_where_the_skeleton_stands() {
     let (pose, mesh) = at_rest(&skeleton);
     let (low, high) = mesh.bounds();
     // As programs write a figure: the origin between the soles.
-    let away = JointTransform {
-        translation: Vec3::new(3.0, -low.y, -2.0),
-        ..JointTransform::IDENTITY
-    };
+    let mut away = JointTransform::IDENTITY;
+    away.translation = Vec3::new(3.0, -low.y, -2.0);
     let moved = mesh.placed(1.0, away).unwrap();
-    let back = JointTransform {
-        translation: moved.to_stand_at(pose.joints()),
-        ..away
-    };
+    let mut back = away;
+    back.translation = moved.to_stand_at(pose.joints());
     let stood = moved.placed(1.0, back).unwrap().bounds();
     for away in [stood.0 - low, stood.1 - high] {
         assert!(away.abs().max_element() < 0.1, "{away}");

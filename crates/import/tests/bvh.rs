@@ -2,10 +2,9 @@
 //! names the line, the column and the problem.
 
 use sabaki::anim::JointKind;
+use sabaki_import::TextError;
 use sabaki_import::bvh::{BvhFile, Channel};
-use sabaki_import::{ReadOptions, TextError, read_bvh, read_clip};
 
-use super::common::{refusal, written};
 use super::refused::cases;
 
 const GOOD: &str = "HIERARCHY
@@ -174,17 +173,4 @@ fn hostile_depth_and_size() {
         "HIERARCHY ROOT a {{ OFFSET 0 0 0 CHANNELS 1 Xrotation\n{same}}} MOTION Frames: 1 Frame Time: 1 5"
     );
     assert_eq!(parse(&text).unwrap().joints[4_000].name, "a_4001");
-}
-
-#[test]
-fn the_library_names_the_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = GOOD.replace("OFFSET 0 2 0", "OFFSET 0 2 z");
-    let path = written(folder.path(), "bad.bvh", text);
-    let problem = "line 8, column 16: expected a number of OFFSET, found \"z\"";
-    let error = refusal(read_clip(&path, &ReadOptions::default()));
-    assert_eq!(error, format!("{}: {problem}", path.display()));
-    let missing = folder.path().join("none.bvh");
-    let error = refusal(read_bvh(&missing));
-    assert!(error.starts_with(&missing.display().to_string()), "{error}");
 }

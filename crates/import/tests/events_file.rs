@@ -54,7 +54,7 @@ fn events_find_their_clips_and_joints() {
     let text = br#"{"about": 1, "clips": [
         {"file": "some/folder/b.bvh", "events": [
             {"kind": "attack", "start": 2.0, "end": 3.04, "joints": ["Head"], "contact": 2.5},
-            {"kind": "evasion", "start": 1, "end": 2}]},
+            {"kind": "evasion", "start": 1, "end": 2.5}]},
         {"file": "a.bvh"}]}"#;
     let file = EventsFile::parse(text).unwrap();
     let events = file.resolve(&clips(), &skeleton()).unwrap();
@@ -113,18 +113,6 @@ fn a_name_of_several_clips_is_refused_and_a_whole_one_is_taken() {
     let several =
         "events for \"jab.bvh\", which may be any of the clips \"left/jab.bvh\", \"right/jab.bvh\"";
     assert_eq!(found(&all, "jab.bvh"), Err(several.into()));
-}
-
-#[test]
-fn events_may_overlap() {
-    let text = br#"{"clips": [{"file": "a.bvh", "events": [
-        {"kind": "evasion", "start": 1, "end": 2},
-        {"kind": "attack", "start": 0.5, "end": 1.5, "joints": ["Head"]},
-        {"kind": "evasion", "start": 0.5, "end": 1.5}]}]}"#;
-    let file = EventsFile::parse(text).unwrap();
-    let events = file.resolve(&clips(), &skeleton()).unwrap();
-    let starts: Vec<f64> = events.iter().map(|event| event.start).collect();
-    assert_eq!(starts, [0.5, 0.5, 1.0]);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::plain_bvh::PlainBvh;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::with;
 use sabaki_import::export::{ExportedAnswer, MotionFormat, evasion_placement, write_answer};
 use sabaki_import::{Chosen, RecordedRequest, Recording, RecordingError};
 use serde_json::Value;
@@ -23,10 +24,7 @@ const STEPS: usize = 200;
 
 /// Late paths are listed, too.
 fn settings() -> QuerySettings {
-    QuerySettings {
-        list_late: true,
-        ..QuerySettings::default()
-    }
+    with(|s: &mut QuerySettings| s.list_late = true)
 }
 
 pub(crate) fn request(throw: &Throw, settings: QuerySettings) -> RecordedRequest {

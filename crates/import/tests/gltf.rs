@@ -7,6 +7,7 @@ use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::lod::random_case;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 use sabaki_import::gltf::{self, GltfFile};
 use sabaki_import::{ReadOptions, ScaleSource, read_clip, read_clips, read_motions};
 use serde_json::{Value, json};
@@ -73,10 +74,7 @@ fn the_samples_are_read_as_they_are() {
             assert_eq!(names, ["Fox.glb:Survey", "Fox.glb:Walk", "Fox.glb:Run"]);
             let error = refusal(read_clip(&path, &ReadOptions::default()));
             assert!(error.ends_with("it holds several motions: \"Fox.glb:Survey\", \"Fox.glb:Walk\", \"Fox.glb:Run\""), "{error}");
-            let options = ReadOptions {
-                scale: Some(0.01),
-                ..ReadOptions::default()
-            };
+            let options = with(|s: &mut ReadOptions| s.scale = Some(0.01));
             let set = read_clips(&[path], None, &options).unwrap();
             assert_eq!(set.clips.len(), 3);
             let scaled = set.skeleton.joints()[5].offset;

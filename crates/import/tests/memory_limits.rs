@@ -113,14 +113,6 @@ fn end_sites_count_too() {
     });
 }
 
-#[test]
-fn files_within_the_limit_are_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = written(folder.path(), "few.bvh", bvh(64, 100));
-    let read = read_motions(&path, &ReadOptions::default()).unwrap();
-    assert_eq!((read[0].skeleton.len(), read[0].clip.frames()), (64, 100));
-}
-
 /// A glTF file of a chain of nodes. Each animation moves the first `moved` nodes, by the keys of an accessor of its own.
 fn gltf(nodes: usize, moved: usize, animations: &[&[f32]]) -> Value {
     let mut builder = Builder::default();

@@ -10,6 +10,7 @@ use sabaki::maps::{BakeSettings, Baker, Body};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::{self, clips_apart, evasion, joint, joints_of, most_apart};
 use sabaki_fixtures::files::below_root;
+use sabaki_fixtures::with;
 use sabaki_import::{ClipSet, FileError, ReadOptions, bvh, read_bvh, read_clip, read_clips};
 
 use super::common::{read, refusal, refused_file, write_glb, written};
@@ -464,10 +465,8 @@ fn a_loop_joins_itself_and_nothing_is_lost() {
     assert!(told.starts_with("short.bvh 0.00-0."), "{told}");
     let kept = graph.seconds_kept();
     assert!(kept > 1.1 + 0.55, "{kept}");
-    let limited = GraphSettings {
-        farthest_join: Some(1e-3),
-        ..settings
-    };
+    let mut limited = settings;
+    limited.farthest_join = Some(1e-3);
     set.events.clear();
     let (_, report) = built(&set, &limited).unwrap();
     assert_eq!(report.dropped.clips, ["short.bvh"]);
@@ -634,10 +633,7 @@ fn with_details(angle: f32) -> ClipSet {
 
 #[test]
 fn fingers_and_carried_things_decide_nothing() {
-    let settings = GraphSettings {
-        compression: None,
-        ..GraphSettings::default()
-    };
+    let settings = with(|s: &mut GraphSettings| s.compression = None);
     let [still, wild] = [0.0, 1.3].map(with_details);
     let [a, b] = [&still, &wild].map(|set| built(set, &settings).unwrap().0);
     assert_eq!(a.nodes(), b.nodes());
@@ -689,9 +685,6 @@ fn fingers_and_carried_things_decide_nothing() {
     let [a, b] = [&still, &wild].map(order);
     assert_eq!(a, b);
     let count = details.iter().filter(|is_detail| **is_detail).count();
-    assert!(
-        a[..count].iter().all(|joint| details[joint.index()]),
-        "{a:?}"
-    );
+    assert!(a[..count].iter().all(|joint| details[joint.index()]));
     assert!(!a.contains(&wild.skeleton.find("LeftHand").unwrap()));
 }

@@ -17,6 +17,7 @@ use sabaki_import::{AttackFile, EventsFile, parse_obj};
 
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::small::{small, use_it};
+use sabaki_fixtures::with;
 
 /// What is done with bytes.
 pub type Target = fn(&[u8]);
@@ -182,10 +183,7 @@ pub fn obj_file(bytes: &[u8]) {
     assert!(mesh.positions().iter().all(|place| place.is_finite()));
     if mesh.triangles().len() <= 40 {
         let (skeleton, _) = clips();
-        let coarse = FitSettings {
-            cover: 0.25,
-            ..FitSettings::default()
-        };
+        let coarse = with(|s: &mut FitSettings| s.cover = 0.25);
         if let Ok((body, report)) = fit_body(&BindPose::rest(skeleton), &mesh, &coarse) {
             assert!(body.is_sound(skeleton), "{body:?}");
             assert!(report.worst().mesh_out_max.is_finite(), "{report:?}");

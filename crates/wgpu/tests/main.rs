@@ -126,11 +126,7 @@ fn wgpu_hosts_a_dodge() {
             Ok::<_, Infallible>(())
         });
         let expected = answer_throw(&query, &throw, Evaluation::Lazy);
-        assert_eq!(
-            format!("{answer:?}"),
-            format!("{expected:?}"),
-            "throw {index}"
-        );
+        assert_eq!(format!("{answer:?}"), format!("{expected:?}"), "{index}");
         avoided += u32::from(answer.avoided);
     }
     assert!(avoided > 3 && removed > 3, "{avoided} {removed}");
@@ -218,18 +214,12 @@ fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
         Host::open(&adapter, &desc)
     };
     let refused = open(feature, wgpu::Limits::default());
-    assert!(
-        matches!(&refused, Err(HostError::Features(named)) if *named == feature),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(HostError::Features(named)) if named == feature));
 
     let offered = adapter.features() & experimental;
     if let Some(feature) = offered.iter().next() {
         let refused = open(feature, wgpu::Limits::default());
-        assert!(
-            matches!(&refused, Err(HostError::Experimental(named)) if *named == feature),
-            "{refused:?}"
-        );
+        assert!(matches!(refused, Err(HostError::Experimental(named)) if named == feature));
     }
 
     let offered = adapter.limits().max_bind_groups;

@@ -8,16 +8,14 @@ use serde_json::json;
 use super::super::build;
 use super::{places, transitions, walker};
 use sabaki_fixtures::clips::{skeleton, small_skeleton, swinging_clip};
+use sabaki_fixtures::with;
 
 #[test]
 fn where_no_legs_are_known_nothing_is_done() {
     // Feet hang from the pelvis itself: there is no knee.
     let skeleton = small_skeleton();
     let clips = [0.3, 0.4].map(|seed| swinging_clip(&skeleton, 120, seed));
-    let settings = GraphSettings {
-        threshold: 3.0,
-        ..GraphSettings::default()
-    };
+    let settings = with(|s: &mut GraphSettings| s.threshold = 3.0);
     let (graph, _) = build(&clips, &[], &settings).unwrap();
     assert!(graph.feet().legs().is_empty());
     assert_eq!(graph.foot_slide(100).planted_seconds, 0.0);

@@ -41,10 +41,3 @@ fn events_made_by_hand_are_compared() {
     assert_eq!(told["agreement"]["evasion"]["precision"], 1.0);
     assert_eq!(told["agreement"]["evasion"]["recall"], 1.0);
 }
-
-#[test]
-fn events_made_by_hand_are_not_overwritten() {
-    let over = "annotate --clips CLIPS --against EVENTS --out EVENTS";
-    let folder = folder();
-    sabaki(&folder, over).is_refused(&["--out", "overwrite"]);
-}

@@ -172,8 +172,6 @@ fn compare_repeats_the_papers_table() {
     assert_eq!(row("none", "off")["paper_ms"], 496);
     let told = sabaki(&folder, "compare BAKED --paper --attacks 2").is(0);
     assert!(told.stdout.contains("paper ms") && told.stdout.contains("2:40"));
-    let both = sabaki(&folder, "compare BAKED --paper --plot plot.png");
-    both.is_misused(&["--plot"]);
 }
 
 #[test]

@@ -16,8 +16,8 @@ fn names_that_are_not_utf8_are_read_and_written() {
     let at = folder.path();
     let named = |name: &'static [u8]| Path::new(OsStr::from_bytes(name));
     fs::create_dir(at.join("clips")).unwrap();
-    for file in fs::read_dir(clips().0).unwrap().flatten() {
-        fs::copy(file.path(), at.join("clips").join(file.file_name())).unwrap();
+    for name in ["bounce.bvh", "duck.bvh"] {
+        fs::copy(Path::new(clips().0).join(name), at.join("clips").join(name)).unwrap();
     }
     let mut staff = Shape::default();
     staff.capsule(Vec3::NEG_Y * 0.5, Vec3::Y, 0.015, 8);

@@ -2,6 +2,7 @@
 //! files is tested with their parsers; here stands one file of each kind.
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use super::run::{baked, clips, folder, sabaki, text_of, write};
@@ -29,13 +30,11 @@ fn a_file_of_each_kind_that_is_wrong() {
     write("flipped.sabaki", &flipped);
     write("later.sabaki", &later);
     write("empty.sabaki", b"");
-    let cases: [(&str, &[&str]); 14] = [
+    let cases: [(&str, &[&str]); 12] = [
         ("inspect cut.bvh", &["cut.bvh", "line"]),
         ("inspect none.bvh", &["none.bvh"]),
         ("inspect .", &["."]),
-        ("inspect later.sabaki", &["later.sabaki", "version"]),
         ("lod bad.glb", &["bad.glb: the GLB container"]),
-        ("crowd cut.bvh", &["cut.bvh", "line"]),
         ("dodge flipped.sabaki", &["flipped.sabaki", "damaged"]),
         ("dodge later.sabaki", &["later.sabaki", "version"]),
         ("dodge empty.sabaki", &["empty.sabaki", "not a baked graph"]),
@@ -60,38 +59,46 @@ fn a_file_of_each_kind_that_is_wrong() {
 #[test]
 fn words_and_numbers_that_it_does_not_know() {
     let folder = folder();
-    let cases: [(&str, &str); 26] = [
+    for (args, word) in [
         ("dance", "Usage"),
-        ("render", "Usage"),
-        ("inspect", "Usage"),
         ("bake --clips x.bvh", "--out"),
         ("dodge --cull cpu,guess", "stencil"),
         ("dodge --grid maybe", "on, off"),
-        ("dodge --all", "--explain"),
         ("dodge --replay x.json --grid off", "--grid"),
         ("dodge --explain 1 --check", "--check"),
-        ("dodge --clips x.bvh", "--clips"),
         ("coverage --by-time --speed 2", "--by-time"),
         ("dodge --attacks 0", "0 is not in 1..=1000000"),
-        ("dodge --attacks -3", "-3 is not in 1..="),
         ("dodge --seed -1", "-1 is not in 0..="),
         ("dodge --threads 1025", "0..=1024"),
-        ("crowd --count -1", "-1 is not in 1..="),
         ("crowd --error NaN", "must be 0.001 to"),
         ("coverage --directions 1", "2..=36"),
-        ("coverage --speed 0", "must be 0.1 to 1000"),
         ("duel --apart 1000", "must be 0.3 to 6"),
-        ("duel --apart nan", "must be 0.3 to 6"),
-        ("lod --fov 200", "must be 0.1 to 179"),
         ("lod --error 1 --vanish 2", "--vanish"),
+        ("lod --export x.bvh", "end in .glb"),
         ("render dodge --out a.bmp", "end in .png"),
         ("render dodge --out no/a.png", "no folder no"),
         ("render dodge --out a.png --size 9x9", "640x400"),
-    ];
-    for (args, word) in cases {
+        ("inspect a.amc --up w", "up is x, y or z"),
+        ("compare BAKED --paper --plot plot.png", "--plot"),
+    ] {
         sabaki(&folder, args).is_misused(&[word]);
     }
-    sabaki(&folder, "--validation crowd").is_refused(&["--validation"]);
+    for (args, word) in [
+        ("--validation crowd", "--validation"),
+        ("lod --lock Tail", "the skeleton has no joint \"Tail\""),
+        ("lod --masses none.json", "none.json"),
+        ("render crowd --out a.png --motion fly", "front_kick"),
+        (
+            "render dodge BAKED --out a.png --device none_such",
+            "none_such",
+        ),
+        (
+            "annotate --clips CLIPS --against EVENTS --out EVENTS",
+            "overwrite",
+        ),
+    ] {
+        sabaki(&folder, args).is_refused(&[word]);
+    }
     // The largest seed is one.
     let most = u64::MAX.to_string();
     let args = format!("dodge none.sabaki --seed {most}");
@@ -185,12 +192,10 @@ fn answers_are_not_written_over_those_of_an_earlier_run() {
 #[test]
 fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
     let folder = folder();
-    let mut count = 0;
-    fs::create_dir(folder.path().join("in")).unwrap();
-    for clip in fs::read_dir(clips().0).unwrap().flatten() {
-        let name = clip.file_name();
-        fs::copy(clip.path(), folder.path().join("in").join(&name)).unwrap();
-        count += usize::from(name.to_string_lossy().ends_with(".bvh"));
+    let (from, to) = (Path::new(clips().0), folder.path().join("in"));
+    fs::create_dir(&to).unwrap();
+    for name in ["bounce.bvh", "duck.bvh"] {
+        fs::copy(from.join(name), to.join(name)).unwrap();
     }
     for name in ["broken.bvh", "empty.bvh"] {
         write(folder.path().join("in"), name, "HIERARCHY\n");
@@ -205,7 +210,7 @@ fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
     assert!(!folder.path().join("g.sabaki").exists());
     let kept = sabaki(&folder, &format!("{bake} --keep-going"));
     let document = kept.json(3);
-    assert_eq!(document["report"]["clips"], count);
+    assert_eq!(document["report"]["clips"], 2);
     assert_eq!(document["left_out"].as_array().unwrap().len(), 2);
     assert!(folder.path().join("g.sabaki").exists());
     // Those that a bake wrote count as such, too.
@@ -221,21 +226,10 @@ fn doubtful_files_are_noted() {
     let document = sabaki(&folder, "inspect a.bvh --json").json(0);
     let notes = document["notes"].as_array().unwrap().iter();
     let notes: Vec<&str> = notes.map(|note| note.as_str().unwrap()).collect();
-    for words in [
-        ["1 frames", "has 3"],
-        ["several joints", "\"arm\""],
-        [
-            "joint \"arm\" turns about one axis twice",
-            "Zrotation Zrotation Zrotation",
-        ],
-    ] {
-        let has_all = |note: &&&str| words.iter().all(|word| note.contains(word));
-        let count = notes.iter().filter(has_all).count();
-        assert_eq!(count, 1, "{words:?} in {notes:?}");
+    assert_eq!(notes.len(), 3, "{notes:?}");
+    for words in ["has 3", "several joints", "\"arm\" turns about one axis"] {
+        assert!(notes.iter().any(|note| note.contains(words)), "{notes:?}");
     }
-    // Z X Z are Euler angles.
-    let second = notes.iter().any(|note| note.contains("arm_2\" turns"));
-    assert!(!second, "{notes:?}");
     let told = sabaki(&folder, "inspect a.bvh").is(0);
     for note in notes {
         assert!(told.stdout.contains(note), "{note}");

@@ -238,7 +238,8 @@ fn the_same_captures_on_other_rigs_give_the_same_figures() {
     write_set(&folder.join("fbx"), "fbx", |file| {
         as_fbx(&clip(file)).into_bytes()
     });
-    let names = ["plain", "still", "path", "mirrored", "fbx"];
+    // Below a still root a set is the same to the bit, which the tests of the import hold.
+    let names = ["plain", "path", "mirrored", "fbx"];
     let all: Vec<Vec<f64>> = names.iter().map(|name| measured(folder, name)).collect();
     let mut table = format!(
         "{:28}{}\n",
@@ -263,6 +264,8 @@ fn the_same_captures_on_other_rigs_give_the_same_figures() {
     println!("{table}");
     assert!(off.is_empty(), "{off:#?}");
 
+    let bake = "bake --clips still --events still/events.json --out still.sabaki --json";
+    ended(command(folder, bake)).json(0);
     let export = |name: &str| {
         let line = format!("dodge {name}.sabaki --attacks 3 --seed 3 --export {name}.out --json");
         ended(command(folder, &line));
@@ -279,10 +282,7 @@ fn the_same_captures_on_other_rigs_give_the_same_figures() {
         assert!(still[0].2.iter().all(|place| place.length() < 1e-6));
         assert_eq!(still.len(), plain.len() + 1);
         for (own, (name, parent, places)) in plain.iter().zip(&still[1..]) {
-            assert!(
-                own.0 == *name && (own.1 == *parent || name == "Hips"),
-                "{name}"
-            );
+            assert!(own.0 == *name && (own.1 == *parent || name == "Hips"));
             for (a, b) in own.2.iter().zip(places) {
                 assert!(a.distance(*b) < 1e-4, "{name}: {a} and {b}");
             }

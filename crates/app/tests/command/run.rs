@@ -55,14 +55,16 @@ impl Ended {
     }
 }
 
-/// The command with these words, of which `CLIPS`, `EVENTS` and `BAKED` stand for the files that are made once.
+/// The command with these words, of which `CLIPS`, `EVENTS` and `BAKED` stand for the files that are made once, and `FEW` for two of the
+/// clips.
 pub fn command(folder: impl AsRef<Path>, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sabaki"));
+    let line = line.replace("FEW", "CLIPS/bounce.bvh CLIPS/duck.bvh");
     command.args(line.split_whitespace().map(|word| match word {
-        "CLIPS" => made().clips.as_str(),
-        "EVENTS" => made().events.as_str(),
-        "BAKED" => made().baked.as_str(),
-        word => word,
+        "EVENTS" => made().events.clone(),
+        "BAKED" => made().baked.clone(),
+        word if word.starts_with("CLIPS") => word.replace("CLIPS", &made().clips),
+        word => word.to_owned(),
     }));
     command.current_dir(folder).stdin(Stdio::null());
     // Commands of this build share what they bake, and leave the user's folder alone.

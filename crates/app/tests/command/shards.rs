@@ -66,10 +66,7 @@ fn the_joined_file_is_that_of_one_process() {
     let pairs: Vec<u64> = pairs.map(|pairs| pairs.as_u64().unwrap()).collect();
     let mean = pairs.iter().sum::<u64>() / SHARDS as u64;
     let is_fair = |pairs: &u64| pairs.abs_diff(mean) < mean / 2;
-    assert!(
-        pairs.len() == SHARDS && pairs.iter().all(is_fair),
-        "{pairs:?}"
-    );
+    assert!(pairs.len() == SHARDS && pairs.iter().all(is_fair));
     // A process that was killed while it wrote leaves a file beside the shard's.
     fs::write(at.join("plan/shards/0.4711.part"), b"sabakis\nhalf").unwrap();
     let why = ["missing"; SHARDS];

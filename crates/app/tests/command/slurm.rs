@@ -39,11 +39,7 @@ fn wait<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
             return found;
         }
         let queue = || run("squeue", &["--noheader"]);
-        assert!(
-            started.elapsed() < PATIENCE,
-            "{what}; the queue: {}",
-            queue()
-        );
+        assert!(started.elapsed() < PATIENCE, "{what}: {}", queue());
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -86,7 +82,7 @@ fn stop(process: u32) -> bool {
 fn a_killed_task_runs_again_and_changes_nothing() {
     assert!(
         std::env::var_os("SABAKI_SLURM").is_some(),
-        "tests/slurm runs this test"
+        "run by tests/slurm"
     );
     let folder = folder();
     let at = folder.path();

@@ -8,6 +8,7 @@ use sabaki_import::parse_obj;
 use super::super::refused::cases;
 use sabaki_fixtures::clips::small_skeleton;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 
 /// Fits what can be fitted; `None` where the text or the mesh is refused.
 fn spheres(text: &[u8]) -> Option<usize> {
@@ -100,20 +101,17 @@ fn too_many_triangles_are_refused() {
 
 /// All reach across one another, so that no group of them is ever far, and none has an inside.
 #[test]
-fn two_hundred_thousand_tangled_triangles_are_fitted() {
+fn tangled_triangles_are_fitted() {
     let mut random = Random::new(11);
     let mut coordinate = || random.below(1001) as f32 / 1000.0 - 0.5;
     let mut place = || Vec3::new(coordinate(), coordinate(), coordinate());
     let places: Vec<Vec3> = (0..2000).map(|_| place()).collect();
     let mut random = Random::new(12);
-    let triangles = (0..200_000).map(|_| [0; 3].map(|_: u32| random.below(2000) as u32));
+    let triangles = (0..60_000).map(|_| [0; 3].map(|_: u32| random.below(2000) as u32));
     let mesh = Mesh::new(places, triangles.collect(), Vec::new()).unwrap();
     let skeleton = small_skeleton();
     // Few points of the surface are enough: each of them meets all triangles.
-    let settings = FitSettings {
-        cover: 0.2,
-        ..FitSettings::default()
-    };
+    let settings = with(|s: &mut FitSettings| s.cover = 0.2);
     let (body, report) = fit_body(&BindPose::rest(&skeleton), &mesh, &settings).unwrap();
     assert!(body.is_sound(&skeleton));
     assert!(report.worst().mesh_out_max.is_finite());

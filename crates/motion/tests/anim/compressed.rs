@@ -48,11 +48,7 @@ fn holds_its_error(skeleton: &Skeleton, plain: &Clip, settings: &CompressionSett
                 JointKind::EndSite => settings.end_error,
             };
             // Between frames the interpolated errors of two frames; a little for single precision.
-            assert!(
-                error <= 1.02 * f64::from(bound),
-                "{}: {error} m",
-                joint.name
-            );
+            assert!(error <= 1.02 * f64::from(bound), "{}: {error}", joint.name);
             if half % 2 == 0 && joint.kind == JointKind::Moving {
                 largest = largest.max(error);
                 let skin = DVec3::AXES
@@ -64,10 +60,7 @@ fn holds_its_error(skeleton: &Skeleton, plain: &Clip, settings: &CompressionSett
             }
         }
     }
-    assert!(
-        (largest - f64::from(joint_error)).abs() < 2e-6,
-        "{largest} and {joint_error} stated"
-    );
+    assert!((largest - f64::from(joint_error)).abs() < 2e-6, "{largest}");
     packed
 }
 
@@ -150,11 +143,7 @@ fn a_clip_that_cannot_hold_the_error_stays_plain() {
             .is_none_or(|[error, _]| error <= 1e-4)
     );
     let packed = clip.compressed(&skeleton, &settings());
-    assert_eq!(
-        packed.compressed(&skeleton, &settings()),
-        packed,
-        "twice is once"
-    );
+    assert_eq!(packed.compressed(&skeleton, &settings()), packed);
 }
 
 /// Reads bits of a clip's bytes one by one.

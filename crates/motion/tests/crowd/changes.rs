@@ -4,6 +4,7 @@
 use super::frame::{SECONDS, stage};
 use sabaki_fixtures::crowd::{Stage, crowd_of, joint_of, settings};
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 use sabaki_motion::crowd::{Character, Crowd, CrowdError, Frame, Layout, MemberId, Output};
 use sabaki_motion::lod::LevelId;
 use sabaki_motion::math::{F32x16, Isa};
@@ -105,10 +106,7 @@ fn characters_change_while_all_are_sorted_again_and_again() {
     let (stage, _) = stage();
     let others = stage.characters(300, 6);
     for layout in [Layout::Blocks, Layout::Instances] {
-        let output = Output {
-            layout,
-            ..Output::default()
-        };
+        let output = with(|s: &mut Output| s.layout = layout);
         let characters = stage.characters(400, 5);
         let (crowd, _) = crowd_of(&stage, &characters, settings(output, Isa::best(), 2));
         let told = characters.iter().map(|&character| Told {
@@ -135,10 +133,7 @@ fn characters_change_while_all_are_sorted_again_and_again() {
                 crowd.pose(&mut out).unwrap();
             } else {
                 out.resize(crowd.max_output_len(crowd.len()), F32x16::ZERO);
-                let input = Frame {
-                    seconds: SECONDS,
-                    ..Frame::default()
-                };
+                let input = with(|s: &mut Frame| s.seconds = SECONDS);
                 sorted += usize::from(crowd.frame(&input, &mut out).unwrap().sorted);
             }
             if frame % 7 == 0 {

@@ -2,6 +2,7 @@
 
 use super::pose::{default, stage};
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::with;
 use sabaki_motion::crowd::{AnimationSet, Character, ClipId, Crowd, CrowdError, LevelId, MemberId};
 use sabaki_motion::lod::Levels;
 use sabaki_motion::math::F32x16;
@@ -10,10 +11,7 @@ use sabaki_motion::math::F32x16;
 fn errors_say_what_is_missing() {
     let stage = stage();
     let mut crowd = Crowd::new(stage.animations.clone(), default());
-    let stranger = Character {
-        clip: ClipId(3),
-        ..Character::default()
-    };
+    let stranger = with(|s: &mut Character| s.clip = ClipId(3));
     let no_clip = CrowdError::NoSuchClip { clip: 3, clips: 3 };
     assert_eq!(crowd.add(&stranger), Err(no_clip.clone()));
     let id = crowd.add(&Character::default()).unwrap();

@@ -5,6 +5,7 @@ use super::pose::default;
 use glam::Vec3;
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::crowd::{Stage, crowd_of, settings};
+use sabaki_fixtures::with;
 use sabaki_motion::crowd::{Character, Crowd, Frame, Layout, MemberId, Output};
 use sabaki_motion::lod::{LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa};
@@ -40,10 +41,7 @@ pub(super) fn switchings(levels: &Levels) -> Vec<Switching> {
     for level in &mut wide.levels {
         level.error.step = 0.05;
     }
-    let settings = SwitchSettings {
-        rule: Rule::Energy { furthest: 6.0 },
-        ..SwitchSettings::default()
-    };
+    let settings = with(|s: &mut SwitchSettings| s.rule = Rule::Energy { furthest: 6.0 });
     all.push(Switching::new(&wide, &settings).unwrap());
     all
 }
@@ -179,10 +177,7 @@ fn instances_stay_in_their_places() {
     let switching = switchings(&levels).remove(2);
     let characters = stage.characters(300, 9);
     for layout in [Layout::Instances, Layout::Blocks] {
-        let output = Output {
-            layout,
-            ..Output::default()
-        };
+        let output = with(|s: &mut Output| s.layout = layout);
         let settings = settings(output, Isa::best(), 2);
         let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, 400);
         let ids: Vec<MemberId> = characters.iter().map(|c| crowd.add(c).unwrap()).collect();

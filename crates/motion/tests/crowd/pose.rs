@@ -48,10 +48,7 @@ fn any_number_of_characters() {
             let characters = stage.characters(count, count as u64);
             let settings = settings(Output::default(), Isa::best(), threads);
             let apart = furthest(&stage, &characters, settings, 0.1);
-            assert!(
-                apart < NEAR,
-                "{count} characters, {threads} threads: {apart} m"
-            );
+            assert!(apart < NEAR, "{count}, {threads} threads: {apart} m");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Promise: choosing levels, planning a budget and drawing a skin allocate nothing once they have seen others like it.
 
 use sabaki_fixtures::memory as counting;
+use sabaki_fixtures::with;
 
 use counting::allocations;
 use glam::Affine3A;
@@ -26,10 +27,7 @@ fn a_frame_of_levels_allocates_nothing() {
     let (mut palette, mut before) = (Vec::new(), vec![None; distances.len()]);
     let mut frame = |pixels: f32| {
         let start = allocations();
-        let settings = SwitchSettings {
-            rule: screen_error(pixels),
-            ..SwitchSettings::default()
-        };
+        let settings = with(|s: &mut SwitchSettings| s.rule = screen_error(pixels));
         switching.update(&levels, &settings).unwrap();
         let budget = Budget {
             milliseconds: 0.2 / pixels,

@@ -64,10 +64,8 @@ fn a_budget_is_kept_with_the_least_error() {
             // No error that is clearly smaller would do, and where none would do, none is promised.
             let mut tries = (0..400).map(|step| 1e-3 * 1.05f32.powi(step));
             let fits = |pixels: &f32| {
-                let settings = SwitchSettings {
-                    rule: screen_error(*pixels),
-                    ..budget.switching
-                };
+                let mut settings = budget.switching;
+                settings.rule = screen_error(*pixels);
                 let switching = Switching::new(&levels, &settings).unwrap();
                 let choose = |&distance: &f32| switching.choose(distance, Some(LevelId(0)));
                 let cost = cost_of(&levels, distances.iter().map(choose));

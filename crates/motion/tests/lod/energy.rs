@@ -8,7 +8,8 @@ use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::first_frames;
 use sabaki_fixtures::lod::{order_of, random_case, setting_of};
 use sabaki_fixtures::random::Random;
-use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
+use sabaki_fixtures::with;
+use sabaki_motion::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki_motion::lod::{Flexion, Level, LevelSettings, Levels, LodError, Masses};
 
 /// The energies straight from the equations: every bone of every joint below, frame by frame.
@@ -110,10 +111,7 @@ fn assert_close(found: &[f32], expected: &[f64], what: &str) {
         // Rods are cut in 200 pieces in the oracle, which leaves out 1/200² of their own inertia.
         let tolerance = 1e-4 * expected + 1e-9 * most + 1e-9;
         let apart = (f64::from(*found) - expected).abs();
-        assert!(
-            apart <= tolerance,
-            "{what}, joint {joint}: {found} for {expected}"
-        );
+        assert!(apart <= tolerance, "{what}, {joint}: {found} {expected}");
     }
 }
 
@@ -184,10 +182,7 @@ fn mass_by_length_is_a_line_of_equal_density() {
         }
         let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
         let energies = |masses| {
-            let settings = LevelSettings {
-                masses,
-                ..LevelSettings::default()
-            };
+            let settings = with(|s: &mut LevelSettings| s.masses = masses);
             level
                 .joint_energies(&skeleton, std::slice::from_ref(&clip), &settings)
                 .unwrap()
@@ -203,10 +198,8 @@ fn mass_by_length_is_a_line_of_equal_density() {
 fn several_clips_weigh_by_their_time() {
     let (skeleton, clip) = random_case(&mut Random::new(11));
     let rate = |frame_rate| {
-        let desc = ClipDesc {
-            frame_rate,
-            ..clip.desc().clone()
-        };
+        let mut desc = clip.desc().clone();
+        desc.frame_rate = frame_rate;
         Clip::new(&skeleton, desc).unwrap()
     };
     let (slow, fast) = (rate(10.0), rate(40.0));
@@ -264,10 +257,7 @@ fn settings_that_make_no_sense_are_errors() {
         let mut masses = vec![1.0; skeleton.len()];
         masses[2] = wrong;
         let mass = fails(&|s| s.masses = Masses::Given(masses.clone()), &level);
-        assert!(
-            matches!(&mass, LodError::Mass { joint, .. } if joint == "j2"),
-            "{mass}"
-        );
+        assert!(matches!(mass, LodError::Mass { joint, .. } if joint == "j2"));
     }
     let few = fails(&|s| s.masses = Masses::Given(vec![1.0]), &level);
     assert_eq!(

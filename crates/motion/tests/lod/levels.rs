@@ -5,6 +5,7 @@ use sabaki_fixtures::captures::each_capture;
 use sabaki_fixtures::clips::{first_frames, frames_of};
 use sabaki_fixtures::lod::{points_of, random_case, setting_of};
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::with;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton, details};
 use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Order};
 
@@ -175,10 +176,7 @@ fn squares(skeleton: &Skeleton, clip: &Clip, level: &Level, skin: f32) -> f64 {
 #[test]
 fn the_least_displacement_goes_first() {
     for (skeleton, clip) in cases(4000).take(10) {
-        let settings = LevelSettings {
-            order: Order::Error,
-            ..LevelSettings::default()
-        };
+        let settings = with(|s: &mut LevelSettings| s.order = Order::Error);
         let levels = build(&skeleton, &clip, &settings).levels;
         let Some(first) = levels.get(1) else {
             continue;
@@ -186,10 +184,8 @@ fn the_least_displacement_goes_first() {
         let least = squares(&skeleton, &clip, first, settings.skin);
         for id in skeleton.ids().skip(1).filter(|&id| !is_end(&skeleton, id)) {
             // All others stay, so that this one goes.
-            let alone = LevelSettings {
-                locked: skeleton.ids().filter(|&other| other != id).collect(),
-                ..settings.clone()
-            };
+            let mut alone = settings.clone();
+            alone.locked = skeleton.ids().filter(|&other| other != id).collect();
             let alone = build(&skeleton, &clip, &alone).levels;
             assert_eq!(alone.len(), 2);
             assert_eq!(alone[1].removed, Some(id));
@@ -241,27 +237,18 @@ fn the_humanoid_of_24_joints_has_levels_0_to_18() {
 fn locked_joints_and_named_ends_stay() {
     for (skeleton, clip) in cases(6000) {
         let all: Vec<JointId> = skeleton.ids().collect();
-        let settings = LevelSettings {
-            locked: all.clone(),
-            ..LevelSettings::default()
-        };
+        let settings = with(|s: &mut LevelSettings| s.locked = all.clone());
         assert_eq!(build(&skeleton, &clip, &settings).levels.len(), 1);
 
         let locked: Vec<JointId> = all.iter().copied().step_by(2).collect();
-        let settings = LevelSettings {
-            locked: locked.clone(),
-            ..LevelSettings::default()
-        };
+        let settings = with(|s: &mut LevelSettings| s.locked = locked.clone());
         let levels = build(&skeleton, &clip, &settings).levels;
         for level in &levels {
             assert!(locked.iter().all(|id| level.kept.contains(id)));
         }
 
         // Without ends all but the root goes, and the errors still tell the truth.
-        let settings = LevelSettings {
-            ends: Some(Vec::new()),
-            ..LevelSettings::default()
-        };
+        let settings = with(|s: &mut LevelSettings| s.ends = Some(Vec::new()));
         let levels = build(&skeleton, &clip, &settings);
         assert_eq!(levels.levels.len(), skeleton.len());
         assert_eq!(levels.levels.last().unwrap().kept, [JointId::ROOT]);
@@ -311,10 +298,7 @@ fn what_makes_no_sense_is_an_error() {
         assert_eq!(Levels::build(&skeleton, clips, &settings).err(), unknown);
     }
     for skin in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        let settings = LevelSettings {
-            skin,
-            ..LevelSettings::default()
-        };
+        let settings = with(|s: &mut LevelSettings| s.skin = skin);
         let failed = Levels::build(&skeleton, clips, &settings).unwrap_err();
         assert_eq!(setting_of(failed), "skin");
     }

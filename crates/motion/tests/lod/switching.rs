@@ -1,6 +1,7 @@
 //! Promise: levels change with distance as the settings say, and their bands follow each other.
 
 use sabaki_fixtures::lod::{random_levels, rules, screen_error, setting_of};
+use sabaki_fixtures::with;
 use sabaki_motion::lod::{LevelId, Measure, Rule, SwitchSettings, Switching, View};
 
 #[test]
@@ -139,11 +140,7 @@ fn without_hysteresis_a_level_starts_exactly_where_its_band_ends() {
         for step in 1..400 {
             let size = 0.37 * step as f32;
             for rule in [Rule::Energy { furthest: size }, screen_error(0.1 * size)] {
-                let settings = SwitchSettings {
-                    rule,
-                    hysteresis: 0.0,
-                    ..SwitchSettings::default()
-                };
+                let settings = with(|s: &mut SwitchSettings| (s.rule, s.hysteresis) = (rule, 0.0));
                 let switching = Switching::new(&levels, &settings).unwrap();
                 let mut last = 0.0;
                 for (index, band) in switching.bands().iter().enumerate() {
