@@ -63,7 +63,7 @@ fn what_takes_long_ends_with_a_message_and_its_exit_code() {
         format!("dodge BAKED --attacks {many} --cull cpu"),
         format!("compare BAKED --attacks {many}"),
         format!("coverage BAKED --attacks {many}"),
-        "duel BAKED --rounds 10000".to_owned(),
+        "duel --rounds 10000".to_owned(),
         format!("play BAKED --threats {many}"),
         "crowd --count 1000 --frames 100000".to_owned(),
     ];
