@@ -118,14 +118,14 @@ impl<'a> Jumps<'a> {
 
     /// Duration of the root's blend of a jump at a playback rate, in seconds: the shortest in which the body pushes easily, or the gentlest.
     pub(super) fn blend(&self, moment: &Moment, rate: f32) -> f32 {
-        self.gentlest(moment, rate).0
+        self.gentlest(moment, rate, f32::INFINITY).0
     }
 
-    /// The duration of the root's blend, and how hard the body pushes with it.
-    fn gentlest(&self, moment: &Moment, rate: f32) -> (f32, f32) {
+    /// The duration of the root's blend, and how hard the body pushes with it; infinite if it is harder than `most` with each.
+    fn gentlest(&self, moment: &Moment, rate: f32, most: f32) -> (f32, f32) {
         let mut best = (0.0, f32::INFINITY);
         for fade in &self.fades {
-            let push = self.push(moment, rate, fade);
+            let push = self.push(moment, rate, fade, most.min(best.1));
             if push < best.1 {
                 best = (fade.seconds, push);
             }
@@ -160,8 +160,8 @@ impl<'a> Jumps<'a> {
         stays || flies
     }
 
-    /// Largest horizontal acceleration of the centre of mass in a jump, in metres per second squared.
-    fn push(&self, moment: &Moment, rate: f32, fade: &Fade) -> f32 {
+    /// Largest horizontal acceleration of the centre of mass in a jump, in metres per second squared; infinite if it is above `most`.
+    fn push(&self, moment: &Moment, rate: f32, fade: &Fade, most: f32) -> f32 {
         let body = &self.body;
         let carried = self.carried(moment, rate, fade.seconds);
         let lean = body.lean - moment.lean;
@@ -180,15 +180,24 @@ impl<'a> Jumps<'a> {
             let faded = root.at(fade.root[time]) + lean.at(fade.joints[time]);
             carried + track(since * rate) + faded.xy()
         };
-        let places: [Vec2; TIMES] = std::array::from_fn(place);
-        let pushes = places
-            .windows(5)
-            .map(|way| acceleration([way[0], way[2], way[4]]));
-        pushes.fold(0.0, f32::max)
+        let mut places = [Vec2::ZERO; TIMES];
+        let mut hardest: f32 = 0.0;
+        for time in 0..TIMES {
+            places[time] = place(time);
+            if time >= 2 * BEFORE {
+                let way = [2 * BEFORE, BEFORE, 0].map(|before| places[time - before]);
+                hardest = hardest.max(acceleration(way));
+                if hardest > most {
+                    return f32::INFINITY;
+                }
+            }
+        }
+        hardest
     }
 
-    /// What a jump costs beside the distance of features: a hard push, feet that all have to be put elsewhere, another jump soon.
-    pub(super) fn effort(&self, moment: &Moment, rate: f32) -> f32 {
+    /// What a jump costs beside the distance of features: a hard push, feet that all have to be put elsewhere, another jump soon; `None` if that
+    /// is `room` or more.
+    pub(super) fn effort(&self, moment: &Moment, rate: f32, room: f32) -> Option<f32> {
         /// Cost of a jump in which no foot stays, in squared distances of features.
         const NO_FOOT: f32 = 12.0;
         /// Costs of an acceleration that is not easy, and of one that is harder than in the clips, per (m/s²)².
@@ -197,16 +206,21 @@ impl<'a> Jumps<'a> {
         /// Cost of a moment that has to be left at once, and the time from which on none counts, in seconds.
         const SHORT: f32 = 12.0;
         const SOON: f32 = 0.6;
-        let (blend, push) = self.gentlest(moment, rate);
+        let short = SHORT * (1.0 - moment.left / SOON).max(0.0);
+        if short >= room {
+            return None;
+        }
         let hardest = self.table.hardest;
+        let most = EASY * hardest + ((room - short) / PUSH).sqrt();
+        let (blend, push) = self.gentlest(moment, rate, most);
         let [uneasy, too_hard] = [EASY * hardest, hardest].map(|from| (push - from).max(0.0));
         let pushes = PUSH * uneasy * uneasy + TOO_HARD * too_hard * too_hard;
-        let short = SHORT * (1.0 - moment.left / SOON).max(0.0);
         let steps = match self.keeps_foot(moment, self.carried(moment, rate, blend)) {
             true => 0.0,
             false => NO_FOOT,
         };
-        short + pushes + steps
+        let effort = short + pushes + steps;
+        (effort < room).then_some(effort)
     }
 }
 
@@ -259,7 +273,7 @@ mod tests {
                 Body::new(&now, Some(&from)),
                 settings.blend,
             );
-            let (blend, predicted) = jumps.gentlest(&to, 1.0);
+            let (blend, predicted) = jumps.gentlest(&to, 1.0, f32::INFINITY);
             let entry = step.entry(&to, &now, [1.0, blend]);
             playing.enter(graph, &entry, [1.0, blend], &[], &mut Motion::default());
             playing.motion.extend(graph, 2.0);

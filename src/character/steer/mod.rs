@@ -207,14 +207,12 @@ impl Steering {
             Body::new(&now, moment),
             step.settings.blend,
         );
-        let effort = |moment: &Moment| {
+        let effort = |moment: &Moment, room: f32| {
             let walks = moment.ahead >= WALKS;
-            walks.then(|| jumps.effort(moment, 1.0))
+            walks.then(|| jumps.effort(moment, 1.0, room))?
         };
-        if let Some((found, _)) = self
-            .table
-            .nearest(&wanted(&step.aim, &now, self.table.limit).row(), effort)
-        {
+        let wanted = wanted(&step.aim, &now, self.table.limit).row();
+        if let Some((found, _)) = self.table.nearest(&wanted, f32::INFINITY, effort) {
             let found = &self.table.moments[found];
             let played = [1.0, jumps.blend(found, 1.0)];
             let entry = step.entry(found, &now, played);
@@ -235,30 +233,34 @@ impl Steering {
     ) -> Option<&Moment> {
         /// An idle character goes to what stands for so long at least, in seconds.
         const LINGERS: f32 = 0.5;
-        let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
-            self.table.nearest(wanted, |moment| {
-                allowed(moment).then(|| jumps.effort(moment, jumps.rate(moment)))
+        let nearest = |within: f32, allowed: &dyn Fn(&Moment) -> bool| {
+            self.table.nearest(wanted, within, |moment, room| {
+                allowed(moment).then(|| jumps.effort(moment, jumps.rate(moment), room))?
             })
         };
         let (gain, moments) = (step.settings.gain, &self.table.moments);
         let playing = current.map(|current| &moments[current]);
-        // What stands and was not played for long, or else not just now, or else anything that stands.
-        let fresh = |within: f32| {
-            nearest(&|moment| {
-                let is_new = moment.calm_for > LINGERS && !state.has_played(moment, within);
-                !is_idle || is_new
-            })
+        let kept = current.map(|current| distance(&self.table.rows[current], wanted));
+        let kept = kept.unwrap_or(f32::INFINITY);
+        let (found, kept) = if is_idle {
+            // What stands and was not played for long, or else not just now, or else anything that stands.
+            let fresh = |within: f32| {
+                nearest(f32::INFINITY, &|moment| {
+                    moment.calm_for > LINGERS && !state.has_played(moment, within)
+                })
+            };
+            let found = fresh(f32::INFINITY).or_else(|| fresh(SHORTLY));
+            // Motion that was played just now, or that moves the hands, is left.
+            let leaves = |moment: &Moment| state.repeats(moment) || !moment.is_calm();
+            let kept = match playing {
+                Some(playing) if found.is_some() && leaves(playing) => f32::INFINITY,
+                _ => kept,
+            };
+            let any = || nearest(f32::INFINITY, &|moment| moment.is_calm());
+            (found.or_else(any), kept)
+        } else {
+            (nearest(kept - gain, &|_| true), kept)
         };
-        let found = fresh(f32::INFINITY).or_else(|| fresh(SHORTLY));
-        // Motion that was played just now, or that moves the hands, is left.
-        let leaves = |moment: &Moment| is_idle && (state.repeats(moment) || !moment.is_calm());
-        let kept = match current {
-            Some(current) if found.is_none() || !leaves(&moments[current]) => {
-                distance(&self.table.rows[current], wanted)
-            }
-            _ => f32::INFINITY,
-        };
-        let found = found.or_else(|| nearest(&|moment| moment.is_calm()));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // Standing, or steps to and fro, may stay nearly as similar to the aim as a walk, for as long as that is the aim.
@@ -272,7 +274,7 @@ impl Steering {
         let is_slow = |moment: &Moment| moment.ahead < least;
         let stays = is_stuck || playing.is_none_or(is_slow) && found.is_none_or(is_slow);
         if wanted > WALKS && stays {
-            let start = nearest(&|moment| !is_slow(moment));
+            let start = nearest(f32::INFINITY, &|moment| !is_slow(moment));
             return start.map(|(start, _)| &moments[start]).or(found);
         }
         found
@@ -300,7 +302,7 @@ impl Steering {
             let index = self.table.at(graph, exit.playhead())?;
             let moment = &self.table.moments[index];
             let jumps = Jumps::new(&self.table, step, body, exit.blend);
-            let effort = jumps.effort(moment, jumps.rate(moment));
+            let effort = jumps.effort(moment, jumps.rate(moment), f32::INFINITY)?;
             Some((index, distance(&self.table.rows[index], &wanted) + effort))
         };
         let playhead = playing.motion.playhead(graph, seconds);
@@ -346,7 +348,9 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self.table.nearest(&wanted.row(), |_| Some(0.0))?;
+        let (found, _) = self
+            .table
+            .nearest(&wanted.row(), f32::INFINITY, |_, _| Some(0.0))?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));

@@ -447,7 +447,8 @@ fn cost(start: &Start, jumps: &Jumps<'_>, now: &Now, recent: &Recent) -> f32 {
     let sudden = SUDDEN * (NOTICE - start.seconds.contact).max(0.0);
     let repeated = recent.iter().position(|&attack| attack == start.attack);
     let repeated = repeated.map_or(0.0, |age| REPEATED / (1 + age) as f32);
-    let effort = jumps.effort(&start.moment, 1.0);
+    let effort = jumps.effort(&start.moment, 1.0, f32::INFINITY);
+    let effort = effort.unwrap_or(f32::INFINITY);
     distance(&start.row, &now.features.row()) + effort + repeated + sudden
 }
 

@@ -249,14 +249,16 @@ impl Table {
         }
     }
 
-    /// The nearest of the moments that have an effort, and its distance with the effort.
+    /// The nearest of the moments that have an effort, and its distance with the effort, which is below `within`. An effort that is not below the
+    /// number that it is asked for need not be known.
     pub(super) fn nearest(
         &self,
         wanted: &Row,
-        effort: impl Fn(&Moment) -> Option<f32>,
+        within: f32,
+        effort: impl Fn(&Moment, f32) -> Option<f32>,
     ) -> Option<(usize, f32)> {
         let mut best = None;
-        let mut least = f32::INFINITY;
+        let mut least = within;
         for (boxed, rows) in self.boxes.iter().zip((0..).step_by(BOXED)) {
             if distance_to_box(boxed, wanted) >= least {
                 continue;
@@ -266,7 +268,7 @@ impl Table {
                 if apart >= least {
                     continue;
                 }
-                let effort = effort(&self.moments[index]);
+                let effort = effort(&self.moments[index], least - apart);
                 if let Some(apart) = effort.map(|effort| apart + effort).filter(|&it| it < least) {
                     (best, least) = (Some((index, apart)), apart);
                 }
@@ -566,17 +568,21 @@ mod tests {
             let wanted =
                 table.rows[random.below(count)].map(|it| it + random.float(-1.0, 1.0) * spread);
             let from = random.below(count) as u32;
-            let effort = |moment: &Moment| {
+            let effort = |moment: &Moment, room: f32| {
                 let far = moment.frame.abs_diff(from);
-                (!far.is_multiple_of(3)).then_some(0.01 * far as f32)
+                let effort = 0.01 * far as f32;
+                (!far.is_multiple_of(3) && effort < room).then_some(effort)
             };
             let all = table.rows.iter().zip(&table.moments).enumerate();
             let naive = all
                 .filter_map(|(index, (row, moment))| {
-                    Some((index, distance(row, &wanted) + effort(moment)?))
+                    Some((
+                        index,
+                        distance(row, &wanted) + effort(moment, f32::INFINITY)?,
+                    ))
                 })
                 .min_by(|a, b| a.1.total_cmp(&b.1));
-            assert_eq!(table.nearest(&wanted, effort), naive);
+            assert_eq!(table.nearest(&wanted, f32::INFINITY, effort), naive);
         }
     }
 }
