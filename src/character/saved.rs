@@ -183,6 +183,7 @@ impl CharacterState {
             .chain(strike.flat_map(|it| [it.from, it.contact, it.until]));
         (0.0..=600.0).contains(&playing.seconds)
             && (0.01..=100.0).contains(&playing.rate)
+            && playing.drift.length() <= 1_000.0
             && plays(&playing.motion)
             && self
                 .pending
