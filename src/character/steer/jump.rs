@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
-use super::table::{Moment, Table};
+use super::table::{Moment, Table, turned};
 use super::{Now, SteerStep};
 use crate::graph::play::inertia::{Decay, HeldFoot, Weights};
 use crate::graph::push::{PUSH_WINDOW, acceleration};
@@ -17,16 +17,20 @@ const STEP: f32 = 0.5 * PUSH_WINDOW;
 const BEFORE: usize = 2;
 const TIMES: usize = 16;
 
-/// Durations of the root's blend of a jump, in times of that of the joints.
+/// One of the times, in seconds since the jump.
+fn since(time: usize) -> f32 {
+    (time as f32 - BEFORE as f32) * STEP
+}
+
+/// Durations of the root's blend of a jump, in times of that of the joints, which is the first.
 const LENGTHS: [f32; 3] = [1.0, 1.5, 2.0];
 
 /// Offsets that fade out within a blend, at each of the times.
 #[derive(Clone, Copy, Debug)]
 struct Fade {
-    /// Duration of the root's blend, in seconds.
+    /// Its duration, in seconds.
     seconds: f32,
-    joints: [Weights; TIMES],
-    root: [Weights; TIMES],
+    weights: [Weights; TIMES],
 }
 
 /// Jumps from the body as it is.
@@ -55,10 +59,7 @@ impl Body {
     /// The body as it is. `moment` is the one that it plays, if the table has it.
     pub(super) fn new(now: &Now, moment: Option<&Moment>) -> Self {
         let inverse = now.stance.placement.inverse();
-        let from_centre = |place: Vec3| {
-            let way = place.xz() - now.centre;
-            inverse.vector(Vec3::new(way.x, 0.0, way.y)).xz()
-        };
+        let from_centre = |place: Vec3| turned(inverse, place.xz() - now.centre);
         let stands = moment.map_or([false; Stance::LEGS], Moment::stands);
         Self {
             pace: now.pace,
@@ -85,16 +86,12 @@ impl Body {
 impl<'a> Jumps<'a> {
     /// Jumps of `body` whose joints blend within `blend` seconds.
     pub(super) fn new(table: &'a Table, step: &'a SteerStep<'a>, body: Body, blend: f32) -> Self {
-        let weights = |seconds: f32| {
-            std::array::from_fn(|time| {
-                let since = (time as f32 - BEFORE as f32) * STEP;
-                Weights::new(since / seconds.max(STEP), seconds.max(STEP))
-            })
-        };
-        let fades = LENGTHS.map(|length| Fade {
-            seconds: length * blend,
-            joints: weights(blend),
-            root: weights(length * blend),
+        let fades = LENGTHS.map(|length| {
+            let (seconds, shown) = (length * blend, (length * blend).max(STEP));
+            Fade {
+                seconds,
+                weights: std::array::from_fn(|time| Weights::new(since(time) / shown, shown)),
+            }
         });
         Self {
             table,
@@ -152,8 +149,7 @@ impl<'a> Jumps<'a> {
             let (Some(toe), Some(_)) = (toe, then[leg]) else {
                 return false;
             };
-            let way = moment.toes[leg] - moment.centre;
-            let placed = inverse.vector(Vec3::new(way.x, 0.0, way.y)).xz() + carried;
+            let placed = turned(inverse, moment.toes[leg] - moment.centre) + carried;
             toe.distance(placed) < HeldFoot::MOST
         });
         let flies = now.iter().all(Option::is_none) && then.iter().all(Option::is_none);
@@ -172,13 +168,13 @@ impl<'a> Jumps<'a> {
         };
         let (root, lean) = (decay(-carried - lean, root_speed), decay(lean, lean_speed));
         let track = self.table.track(moment);
+        let joints = &self.fades[0].weights;
         let place = |time: usize| {
-            let since = (time as f32 - BEFORE as f32) * STEP;
             if time < BEFORE {
-                return body.pace * since;
+                return body.pace * since(time);
             }
-            let faded = root.at(fade.root[time]) + lean.at(fade.joints[time]);
-            carried + track(since * rate) + faded.xy()
+            let faded = root.at(fade.weights[time]) + lean.at(joints[time]);
+            carried + track(since(time) * rate) + faded.xy()
         };
         let mut places = [Vec2::ZERO; TIMES];
         let mut hardest: f32 = 0.0;
@@ -279,15 +275,13 @@ mod tests {
             playing.motion.extend(graph, 2.0);
             let (mut pose, mut joints, mut axes) = (Pose::default(), Vec::new(), Vec::new());
             let start = now.centre;
-            let turned = Rigid2::new(now.stance.placement.heading(), 0.0, 0.0);
-            let pace = turned.vector(Vec3::new(now.pace.x, 0.0, now.pace.y)).xz();
+            let pace = turned(now.stance.placement, now.pace);
             let places: Vec<Vec2> = (0..TIMES)
                 .map(|time| {
-                    let since = (time as f32 - BEFORE as f32) * STEP;
                     if time < BEFORE {
-                        return start + pace * since;
+                        return start + pace * since(time);
                     }
-                    playing.motion.sample(graph, since, &mut pose);
+                    playing.motion.sample(graph, since(time), &mut pose);
                     forward_kinematics(graph.skeleton(), &pose, &mut joints);
                     centre_of_mass(baked, &joints, &mut axes)
                 })

@@ -427,11 +427,8 @@ impl Steering {
             true => (wanted / (rate * speed)).clamp(SHORTEST, LONGEST),
             false => 1.0,
         };
-        let velocity =
-            playhead
-                .clip_to_world
-                .vector(Vec3::new(moment.velocity.x, 0.0, moment.velocity.y));
-        let drift = velocity.xz() * (playing.rate * (stride - 1.0));
+        let velocity = table::turned(playhead.clip_to_world, moment.velocity);
+        let drift = velocity * (playing.rate * (stride - 1.0));
         let change = STRIDE_CHANGE.min(spare) * step.dt;
         playing.drift += (drift - playing.drift).clamp_length_max(change);
         let by = (turn * step.dt, playing.drift * step.dt);
@@ -529,10 +526,8 @@ impl SteerStep<'_> {
     /// smooth step. A blend that did not leave it that way would have to brake the body first.
     fn carried(&self, moment: &Moment, turn: f32, now: &Now, [rate, blend]: [f32; 2]) -> Vec2 {
         let heading = now.stance.placement.heading();
-        let velocity = |pace: Vec2, heading: f32| {
-            let turned = Rigid2::new(heading, 0.0, 0.0);
-            turned.vector(Vec3::new(pace.x, 0.0, pace.y)).xz()
-        };
+        let velocity =
+            |pace: Vec2, heading: f32| table::turned(Rigid2::new(heading, 0.0, 0.0), pace);
         let apart =
             velocity(now.pace, heading) - rate * velocity(moment.pace, turn + moment.facing);
         apart * (0.5 * blend)

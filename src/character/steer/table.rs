@@ -291,7 +291,7 @@ impl Table {
             let from = (at as usize).min(last.saturating_sub(1));
             let [from_centre, to] = [from, (from + 1).min(last)].map(|frame| centres[frame]);
             let way = from_centre + (to - from_centre) * (at - from as f32) - centres[start];
-            inverse.vector(Vec3::new(way.x, 0.0, way.y)).xz()
+            turned(inverse, way)
         }
     }
 
@@ -374,10 +374,7 @@ impl Table {
                 heading,
                 facing: placement.heading(),
                 root_pace: features.velocity.xz(),
-                lean: placement
-                    .inverse()
-                    .vector(Vec3::new(lean.x, 0.0, lean.y))
-                    .xz(),
+                lean: turned(placement.inverse(), lean),
                 centre: bodies.centres[frame],
                 pace: pace(
                     &posed[frame],
@@ -410,8 +407,12 @@ pub(super) fn centre_of_mass(
 
 /// Velocity between two places over the ground that are `seconds` apart, in the frame of a body (x, z), in metres per second.
 pub(super) fn pace(body: &Stance, [from, to]: [Vec2; 2], seconds: f32) -> Vec2 {
-    let way = Vec3::new(to.x - from.x, 0.0, to.y - from.y);
-    body.placement.inverse().vector(way).xz() / seconds
+    turned(body.placement.inverse(), to - from) / seconds
+}
+
+/// A vector over the ground (x, z), turned.
+pub(super) fn turned(by: Rigid2, vector: Vec2) -> Vec2 {
+    by.vector(Vec3::new(vector.x, 0.0, vector.y)).xz()
 }
 
 /// For each leg whose foot stands at a frame of a clip, the time until it is lifted, in seconds.
