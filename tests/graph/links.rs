@@ -9,7 +9,6 @@ use sabaki::graph::{
 use sabaki_fixtures::captures::{captures, source_of};
 use sabaki_fixtures::clips::{evasion, small_skeleton, swinging_clip};
 use sabaki_fixtures::demo;
-use sabaki_fixtures::with;
 
 use super::{alone, assert_events_are_whole, build, round_clip};
 
@@ -84,7 +83,7 @@ fn without_links() -> GraphSettings {
     }
 }
 
-fn linked(change: impl FnOnce(&mut LinkSettings)) -> GraphSettings {
+fn with(change: impl FnOnce(&mut LinkSettings)) -> GraphSettings {
     let mut links = LinkSettings::default();
     change(&mut links);
     GraphSettings {
@@ -149,9 +148,10 @@ fn real_motion_capture_becomes_responsive() {
     assert!(graph.responsiveness(1.0).share >= 0.8);
     assert!(graph.responsiveness(1.5).share >= 0.95);
     assert!(graph.edges().len() < plain.edges().len() * 2);
-    let threads = 3;
-    let by_threads = GraphSettings { threads, ..alone() };
-    assert!(graph::build(source, &by_threads).unwrap().0 == graph);
+    let threads = |threads| GraphSettings { threads, ..alone() };
+    for count in [1, 2, 3] {
+        assert_eq!(graph::build(source, &threads(count)).unwrap().0, graph);
+    }
 }
 
 /// Two clips of the same motion, 2 s each, that come round.
@@ -165,7 +165,7 @@ fn events_near_the_ends_of_clips_are_linked_by_short_blends_or_named() {
     // Frames of motion before it, after it.
     for (before, after) in [(5, 5), (6, 12), (15, 5), (5, 20), (4, 10), (10, 4), (0, 0)] {
         let event = evasion(1, f64::from(before) / 30.0, f64::from(59 - after) / 30.0);
-        let settings = linked(|links| links.loosest = 10.0);
+        let settings = with(|links| links.loosest = 10.0);
         let (graph, report) = build(&clips, &[event], &settings).unwrap();
         assert_sound(&graph);
         let unlinked: Vec<_> = report.links.unlinked.iter().map(|u| u.obstacle).collect();
@@ -214,7 +214,10 @@ fn one_clip_that_never_comes_round_becomes_a_graph_by_its_event() {
     let event = [evasion(0, 1.0, 1.5)];
     let error = build(&clips, &event, &tight(None)).unwrap_err();
     assert!(matches!(error, GraphError::NoCycle { .. }));
-    let loose = with(|s: &mut LinkSettings| s.loosest = 5.0);
+    let loose = LinkSettings {
+        loosest: 5.0,
+        ..LinkSettings::default()
+    };
     let (graph, report) = build(&clips, &event, &tight(Some(loose.clone()))).unwrap();
     assert_sound(&graph);
     assert_report(&graph, &report);
@@ -230,7 +233,7 @@ fn what_is_wanted_bounds_what_is_made() {
     let motions = demo::motions().unwrap();
     let source = motions.source();
     let made = |change: &dyn Fn(&mut LinkSettings)| {
-        let (graph, report) = graph::build(source, &linked(change)).unwrap();
+        let (graph, report) = graph::build(source, &with(change)).unwrap();
         assert_sound(&graph);
         report
     };
@@ -251,19 +254,22 @@ fn what_is_wanted_bounds_what_is_made() {
 #[test]
 fn bad_settings_of_links_are_named() {
     let clips = round_clips();
-    let of_goal = |seconds, share| linked(|links| links.goals = vec![goal(seconds, 1, share)]);
-    for (name, settings) in [
-        ("loosest", linked(|links| links.loosest = f32::NAN)),
-        (
-            "most_per_second",
-            linked(|links| links.most_per_second = -1.0),
-        ),
-        ("goals.share", of_goal(1.0, 1.5)),
-        ("goals.seconds", of_goal(f64::INFINITY, 0.5)),
-    ] {
-        let error = build(&clips, &[], &settings).unwrap_err();
-        let is_named =
-            matches!(error, GraphError::Setting { name: found, .. } if found.ends_with(name));
+    type Change = fn(&mut LinkSettings);
+    let bad: [(&str, Change); 4] = [
+        ("links.loosest", |links| links.loosest = f32::NAN),
+        ("links.most_per_second", |links| {
+            links.most_per_second = -1.0
+        }),
+        ("links.goals.share", |links| {
+            links.goals = vec![goal(1.0, 1, 1.5)]
+        }),
+        ("links.goals.seconds", |links| {
+            links.goals = vec![goal(f64::INFINITY, 1, 0.5)]
+        }),
+    ];
+    for (name, change) in bad {
+        let error = build(&clips, &[], &with(change)).unwrap_err();
+        let is_named = matches!(error, GraphError::Setting { name: found, .. } if found == name);
         assert!(is_named, "{error}");
     }
 }

@@ -97,7 +97,7 @@ fn the_exact_search_and_the_culled_one_choose_the_same_path() {
     };
     for enumerate in [Enumerate::default(), Enumerate::Whole] {
         let settings = with(|s: &mut QuerySettings| s.enumerate = enumerate);
-        for (index, throw) in throws(embedded(), 1, 200).enumerate() {
+        for (index, throw) in throws(embedded(), 1, 480).enumerate() {
             let lazy = answer(&settings, &throw, Evaluation::Lazy);
             let exact = answer(&settings, &throw, Evaluation::Exhaustive);
             let (lazy, exact) = (chosen(&lazy), chosen(&exact));

@@ -82,7 +82,7 @@ fn is_certain(baked: &BakedGraph, attacks: u64) {
 
 #[test]
 fn on_the_embedded_motions() {
-    is_certain(embedded(), 100);
+    is_certain(embedded(), 200);
 }
 
 #[test]

@@ -97,8 +97,15 @@ fn committed_words_are_those_of_the_sources() {
                 fs::write(&path, &words).expect("write");
             }
             let committed = fs::read(&path).unwrap_or_else(|error| panic!("{name}.spv: {error}"));
-            assert!(committed == words, "{name}.spv: SABAKI_WRITE_SPIRV=1");
+            assert!(
+                committed == words,
+                "{name}.spv is stale: run with SABAKI_WRITE_SPIRV=1"
+            );
         }
-        assert_eq!(names(&spirv, ".spv"), sources);
+        assert_eq!(
+            names(&spirv, ".spv"),
+            sources,
+            "every committed file has a source"
+        );
     }
 }

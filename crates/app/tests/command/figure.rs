@@ -22,7 +22,7 @@ fn bake_takes_spheres_from_a_file() {
     body.spheres.truncate(9);
     let file = BodyFile::of(&body, &skeleton);
     file.write(&folder.path().join("body.json")).unwrap();
-    let args = "bake --clips FEW --out g.sabaki --body body.json --json";
+    let args = "bake --clips CLIPS --out g.sabaki --body body.json --json";
     let said = sabaki(&folder, args).json(0);
     assert_eq!(said["body_spheres"], 9);
     assert_eq!(said["props"], 0);
@@ -44,7 +44,18 @@ fn bake_fits_a_body_and_a_staff_and_says_how_well() {
     let mut staff = Shape::default();
     staff.capsule(Vec3::NEG_Y * 0.5, Vec3::Y, 0.015, 8);
     write(&folder, "staff.obj", staff.obj(0.01));
-    let args = "bake --clips FEW --out g.sabaki --body man.obj --body-stand --prop staff.obj --prop-joint RightHand --prop-grip -0.05,0,0,0.7071,0,0,0.7071";
+    let args = "bake --clips CLIPS --events EVENTS --out g.sabaki --body man.obj --body-stand --prop staff.obj --prop-joint RightHand --prop-grip -0.05,0,0,0.7071,0,0,0.7071";
+    let text = sabaki(&folder, args).is(0).stdout;
+    for word in [
+        "man.obj",
+        "at 0.001 m a unit",
+        "LeftUpLeg",
+        "staff.obj",
+        "at 0.01 m a unit",
+        "1.53",
+    ] {
+        assert!(text.contains(word), "{word:?} is not in: {text}");
+    }
     let said = sabaki(&folder, &format!("{args} --json")).json(0);
     let fits = said["fits"].as_array().unwrap();
     assert_eq!((fits.len(), &said["props"]), (2, &1.into()));
@@ -59,12 +70,39 @@ fn bake_fits_a_body_and_a_staff_and_says_how_well() {
     let furthest = prop.spheres.iter().map(|sphere| sphere.centre.z);
     let furthest = furthest.fold(0.0, f32::max);
     assert!(furthest > 0.95, "turned by its grip, it reaches forwards");
-    for (args, word) in [
-        ("--body man.obj --body-pose none", "CLIP:FRAME"),
-        ("--prop staff.obj", "--prop-joint"),
-        ("--prop staff.obj --prop-joint Tail", "RightHand"),
-    ] {
-        let args = format!("bake --clips FEW --out h.sabaki {args}");
-        sabaki(&folder, &args).is_refused(&[word]);
+}
+
+#[test]
+fn figures_that_do_not_fit_are_refused() {
+    let folder = folder();
+    let tail = r#"{"spheres":[{"joint":"Tail","offset":[0,0,0],"radius":0.1}]}"#;
+    let away = "v 0 90 0\nv 1 90 0\nv 0 91 0\nf 1 2 3\n";
+    let files = [
+        ("away.obj", away),
+        ("none.obj", "v 0 0 0\n"),
+        ("tail.json", tail),
+    ];
+    for (name, text) in files {
+        write(&folder, name, text);
     }
+    let cases: [(&str, &[&str]); 7] = [
+        (
+            "--body away.obj --body-scale 1",
+            &["away.obj", "vertex 0", "m from the nearest bone"],
+        ),
+        ("--body tail.json", &["tail.json", "sphere 0", "Tail"]),
+        ("--body away.obj --body-pose none.bvh:0", &["none.bvh"]),
+        ("--body away.obj --body-pose none", &["CLIP:FRAME"]),
+        ("--prop away.obj", &["--prop-joint"]),
+        ("--prop away.obj --prop-joint Tail", &["Tail", "RightHand"]),
+        (
+            "--prop none.obj --prop-joint RightHand",
+            &["none.obj", "no faces"],
+        ),
+    ];
+    for (args, words) in cases {
+        let whole = format!("bake --clips CLIPS --out g.sabaki {args}");
+        sabaki(&folder, &whole).is_refused(words);
+    }
+    assert!(!folder.path().join("g.sabaki").exists());
 }

@@ -1,9 +1,10 @@
 //! `sabaki lod`.
 
+use sabaki_fixtures::clips::{chain, swinging_chain};
 use serde_json::Value;
 
 use super::assert_is_png;
-use super::run::{folder, sabaki, write};
+use super::run::{folder, sabaki, write, write_bvh};
 
 #[test]
 fn the_levels_of_a_clip_are_told_and_drawn() {
@@ -71,4 +72,28 @@ fn settings_change_what_they_say() {
     // Only what carries the weight has any energy.
     assert!(energy("LeftArm") > 0.0);
     assert_eq!(energy("RightArm"), 0.0);
+}
+
+#[test]
+fn a_chain_without_motion_is_told_of() {
+    let folder = folder();
+    let skeleton = chain(12);
+    let clip = swinging_chain(&skeleton, 20, 0.0);
+    write_bvh(&folder.path().join("chain.bvh"), &skeleton, &clip);
+    let document = sabaki(&folder, "lod chain.bvh --json").json(0);
+    let levels = levels(&document);
+    assert_eq!(levels.len(), 12);
+    for level in &levels[1..] {
+        assert!(level["band"]["end"].as_f64().unwrap().is_finite());
+    }
+    let args = "crowd chain.bvh --count 32 --json";
+    sabaki(&folder, args).json(0);
+}
+
+#[test]
+fn masses_of_joints_that_are_not_there_are_refused() {
+    let folder = folder();
+    write(&folder, "masses.json", r#"{"masses": {"Tail": 1.0}}"#);
+    let refused = sabaki(&folder, "lod --masses masses.json");
+    refused.is_refused(&["masses.json: the skeleton has no joint \"Tail\""]);
 }
