@@ -27,7 +27,7 @@ use jump::{Body, Jumps};
 use memory::SHORTLY;
 pub(super) use memory::SteerState;
 pub(super) use strikes::{Reach, Recent, StrikeTable, Target, Times};
-use table::{AHEAD, Features, Moment, Row, Table, centre_of_mass, distance, pace};
+use table::{AHEAD, BoxOrder, Features, Moment, Row, Table, centre_of_mass, distance, pace};
 
 /// Maximum distance by which a jump brings a character back to the place where it came to stand, in metres. The jump's blend fades it in.
 const MOST_RETURN: f32 = 0.02;
@@ -45,6 +45,7 @@ pub(super) struct SteerScratch {
     joints: Vec<JointTransform>,
     axes: Vec<f32>,
     spare: Motion,
+    order: BoxOrder,
 }
 
 /// The tables of one graph.
@@ -159,7 +160,9 @@ impl Steering {
             let kept = current.filter(|_| !ends);
             let body = Body::new(&now, moment.as_ref());
             let jumps = Jumps::new(&self.table, step, body, step.settings.blend);
-            if let Some(found) = self.choose(&jumps, step, state, &wanted, kept, is_idle) {
+            let order = &mut scratch.order;
+            let found = self.choose(&jumps, step, state, (&wanted, kept), is_idle, order);
+            if let Some(found) = found {
                 let rate = jumps.rate(found);
                 // What stands stays where it is.
                 let blend = match is_idle {
@@ -212,7 +215,10 @@ impl Steering {
             walks.then(|| jumps.effort(moment, 1.0, room))?
         };
         let wanted = wanted(&step.aim, &now, self.table.limit).row();
-        if let Some((found, _)) = self.table.nearest(&wanted, f32::INFINITY, effort) {
+        if let Some((found, _)) =
+            self.table
+                .nearest(&wanted, f32::INFINITY, &mut scratch.order, effort)
+        {
             let found = &self.table.moments[found];
             let played = [1.0, jumps.blend(found, 1.0)];
             let entry = step.entry(found, &now, played);
@@ -227,14 +233,14 @@ impl Steering {
         jumps: &Jumps<'_>,
         step: &SteerStep<'_>,
         state: &SteerState,
-        wanted: &Row,
-        current: Option<usize>,
+        (wanted, current): (&Row, Option<usize>),
         is_idle: bool,
+        order: &mut BoxOrder,
     ) -> Option<&Moment> {
         /// An idle character goes to what stands for so long at least, in seconds.
         const LINGERS: f32 = 0.5;
-        let nearest = |within: f32, allowed: &dyn Fn(&Moment) -> bool| {
-            self.table.nearest(wanted, within, |moment, room| {
+        let mut nearest = |within: f32, allowed: &dyn Fn(&Moment) -> bool| {
+            self.table.nearest(wanted, within, order, |moment, room| {
                 allowed(moment).then(|| jumps.effort(moment, jumps.rate(moment), room))?
             })
         };
@@ -244,7 +250,7 @@ impl Steering {
         let kept = kept.unwrap_or(f32::INFINITY);
         let (found, kept) = if is_idle {
             // What stands and was not played for long, or else not just now, or else anything that stands.
-            let fresh = |within: f32| {
+            let mut fresh = |within: f32| {
                 nearest(f32::INFINITY, &|moment| {
                     moment.calm_for > LINGERS && !state.has_played(moment, within)
                 })
@@ -256,8 +262,8 @@ impl Steering {
                 Some(playing) if found.is_some() && leaves(playing) => f32::INFINITY,
                 _ => kept,
             };
-            let any = || nearest(f32::INFINITY, &|moment| moment.is_calm());
-            (found.or_else(any), kept)
+            let found = found.or_else(|| nearest(f32::INFINITY, &|moment| moment.is_calm()));
+            (found, kept)
         } else {
             (nearest(kept - gain, &|_| true), kept)
         };
@@ -348,9 +354,12 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self
-            .table
-            .nearest(&wanted.row(), f32::INFINITY, |_, _| Some(0.0))?;
+        let (found, _) = self.table.nearest(
+            &wanted.row(),
+            f32::INFINITY,
+            &mut BoxOrder::new(),
+            |_, _| Some(0.0),
+        )?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));

@@ -6,6 +6,9 @@
 //! a run of frames the body is taken to go on as it goes there. Rows that follow each other are alike, so a search looks at the boxes around
 //! some of them first.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use crate::anim::{Facing, JointId, JointTransform, Limbs, Pose, forward_kinematics};
@@ -23,6 +26,9 @@ pub(super) type Row = [f32; FEATURES];
 
 /// Number of rows in a box.
 const BOXED: usize = 16;
+
+/// Boxes of rows with lower bounds of their distances, as bits, the least first.
+pub(super) type BoxOrder = BinaryHeap<Reverse<(u32, usize)>>;
 
 /// Times at which the way ahead is looked at, in seconds.
 pub(super) const AHEAD: [f32; 3] = [0.2, 0.4, 0.8];
@@ -250,20 +256,27 @@ impl Table {
     }
 
     /// The nearest of the moments that have an effort, and its distance with the effort, which is below `within`. An effort that is not below the
-    /// number that it is asked for need not be known.
+    /// number that it is asked for need not be known. `order` is memory.
     pub(super) fn nearest(
         &self,
         wanted: &Row,
         within: f32,
+        order: &mut BoxOrder,
         effort: impl Fn(&Moment, f32) -> Option<f32>,
     ) -> Option<(usize, f32)> {
-        let mut best = None;
-        let mut least = within;
-        for (boxed, rows) in self.boxes.iter().zip((0..).step_by(BOXED)) {
-            if distance_to_box(boxed, wanted) >= least {
-                continue;
+        // Least bounds first: what is found early leaves out most of the rest.
+        let bounds = (0..).zip(&self.boxes).filter_map(|(index, boxed)| {
+            let bound = distance_to_box(boxed, wanted);
+            (bound < within).then_some(Reverse((bound.to_bits(), index)))
+        });
+        order.clear();
+        order.extend(bounds);
+        let (mut best, mut least) = (None, within);
+        while let Some(Reverse((bound, boxed))) = order.pop() {
+            if f32::from_bits(bound) >= least {
+                break;
             }
-            for (index, row) in self.rows.iter().enumerate().skip(rows).take(BOXED) {
+            for (index, row) in self.rows.iter().enumerate().skip(boxed * BOXED).take(BOXED) {
                 let apart = distance(row, wanted);
                 if apart >= least {
                     continue;
@@ -561,7 +574,7 @@ mod tests {
     #[test]
     fn boxes_leave_out_no_row_that_is_nearest() {
         let table = Table::new(baked());
-        let mut random = Random::new(5);
+        let (mut random, mut order) = (Random::new(5), BoxOrder::new());
         let count = table.rows.len();
         assert!(count > 10 * BOXED);
         for round in 0..200 {
@@ -583,7 +596,8 @@ mod tests {
                     ))
                 })
                 .min_by(|a, b| a.1.total_cmp(&b.1));
-            assert_eq!(table.nearest(&wanted, f32::INFINITY, effort), naive);
+            let nearest = table.nearest(&wanted, f32::INFINITY, &mut order, effort);
+            assert_eq!(nearest, naive);
         }
     }
 }
