@@ -210,14 +210,12 @@ impl Steering {
             Body::new(&now, moment),
             step.settings.blend,
         );
-        let effort = |moment: &Moment, room: f32| {
-            let walks = moment.ahead >= WALKS;
-            walks.then(|| jumps.effort(moment, 1.0, room))?
-        };
+        let walks = |moment: &Moment| moment.ahead >= WALKS;
+        let effort = |moment: &Moment, room: f32| jumps.effort(moment, 1.0, room);
         let wanted = wanted(&step.aim, &now, self.table.limit).row();
         if let Some((found, _)) =
             self.table
-                .nearest(&wanted, f32::INFINITY, &mut scratch.order, effort)
+                .nearest(&wanted, f32::INFINITY, &mut scratch.order, walks, effort)
         {
             let found = &self.table.moments[found];
             let played = [1.0, jumps.blend(found, 1.0)];
@@ -240,9 +238,10 @@ impl Steering {
         /// An idle character goes to what stands for so long at least, in seconds.
         const LINGERS: f32 = 0.5;
         let mut nearest = |within: f32, allowed: &dyn Fn(&Moment) -> bool| {
-            self.table.nearest(wanted, within, order, |moment, room| {
-                allowed(moment).then(|| jumps.effort(moment, jumps.rate(moment), room))?
-            })
+            self.table
+                .nearest(wanted, within, order, allowed, |moment, room| {
+                    jumps.effort(moment, jumps.rate(moment), room)
+                })
         };
         let (gain, moments) = (step.settings.gain, &self.table.moments);
         let playing = current.map(|current| &moments[current]);
@@ -358,6 +357,7 @@ impl Steering {
             &wanted.row(),
             f32::INFINITY,
             &mut BoxOrder::new(),
+            |_| true,
             |_, _| Some(0.0),
         )?;
         let moment = &self.table.moments[found];

@@ -104,6 +104,8 @@ pub(super) struct Table {
     pub rows: Vec<Row>,
     /// Least and largest features of each [`BOXED`] rows.
     boxes: Vec<[Row; 2]>,
+    /// Number of efforts after which a search ends. Most find the nearest moment long before.
+    most_efforts: usize,
     /// Time for which the clips stand with hands at rest, in seconds.
     pub calm: f32,
     /// Horizontal acceleration that the clips reach where they stand, walk and run, in metres per second squared.
@@ -211,6 +213,7 @@ impl Table {
         let graph = baked.graph();
         let mut table = Self {
             frame_rate: graph.frame_rate() as f32,
+            most_efforts: 256,
             ..Self::default()
         };
         let (mut accelerations, mut pushes, mut hands) = (Vec::new(), Vec::new(), Vec::new());
@@ -255,13 +258,14 @@ impl Table {
         }
     }
 
-    /// The nearest of the moments that have an effort, and its distance with the effort, which is below `within`. An effort that is not below the
-    /// number that it is asked for need not be known. `order` is memory.
+    /// The nearest of the allowed moments, and its distance with its effort, which is below `within`. An effort that is not below the number that
+    /// it is asked for need not be known. After [`Table::most_efforts`] of them, the nearest so far is returned. `order` is memory.
     pub(super) fn nearest(
         &self,
         wanted: &Row,
         within: f32,
         order: &mut BoxOrder,
+        allowed: impl Fn(&Moment) -> bool,
         effort: impl Fn(&Moment, f32) -> Option<f32>,
     ) -> Option<(usize, f32)> {
         // Least bounds first: what is found early leaves out most of the rest.
@@ -271,17 +275,22 @@ impl Table {
         });
         order.clear();
         order.extend(bounds);
-        let (mut best, mut least) = (None, within);
+        let (mut best, mut least, mut efforts) = (None, within, 0);
         while let Some(Reverse((bound, boxed))) = order.pop() {
             if f32::from_bits(bound) >= least {
                 break;
             }
             for (index, row) in self.rows.iter().enumerate().skip(boxed * BOXED).take(BOXED) {
+                let moment = &self.moments[index];
                 let apart = distance(row, wanted);
-                if apart >= least {
+                if apart >= least || !allowed(moment) {
                     continue;
                 }
-                let effort = effort(&self.moments[index], least - apart);
+                if efforts == self.most_efforts {
+                    return best;
+                }
+                efforts += 1;
+                let effort = effort(moment, least - apart);
                 if let Some(apart) = effort.map(|effort| apart + effort).filter(|&it| it < least) {
                     (best, least) = (Some((index, apart)), apart);
                 }
@@ -573,7 +582,10 @@ mod tests {
 
     #[test]
     fn boxes_leave_out_no_row_that_is_nearest() {
-        let table = Table::new(baked());
+        let table = Table {
+            most_efforts: usize::MAX,
+            ..Table::new(baked())
+        };
         let (mut random, mut order) = (Random::new(5), BoxOrder::new());
         let count = table.rows.len();
         assert!(count > 10 * BOXED);
@@ -582,13 +594,14 @@ mod tests {
             let wanted =
                 table.rows[random.below(count)].map(|it| it + random.float(-1.0, 1.0) * spread);
             let from = random.below(count) as u32;
+            let far = |moment: &Moment| moment.frame.abs_diff(from);
+            let allowed = |moment: &Moment| !far(moment).is_multiple_of(3);
             let effort = |moment: &Moment, room: f32| {
-                let far = moment.frame.abs_diff(from);
-                let effort = 0.01 * far as f32;
-                (!far.is_multiple_of(3) && effort < room).then_some(effort)
+                Some(0.01 * far(moment) as f32).filter(|&effort| effort < room)
             };
             let all = table.rows.iter().zip(&table.moments).enumerate();
             let naive = all
+                .filter(|(_, (_, moment))| allowed(moment))
                 .filter_map(|(index, (row, moment))| {
                     Some((
                         index,
@@ -596,7 +609,7 @@ mod tests {
                     ))
                 })
                 .min_by(|a, b| a.1.total_cmp(&b.1));
-            let nearest = table.nearest(&wanted, f32::INFINITY, &mut order, effort);
+            let nearest = table.nearest(&wanted, f32::INFINITY, &mut order, allowed, effort);
             assert_eq!(nearest, naive);
         }
     }
