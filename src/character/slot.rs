@@ -195,7 +195,8 @@ pub(super) fn share_searches(
     due.clear();
     for (index, slot) in slots.iter_mut().enumerate() {
         let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let state = slot.state.as_deref().filter(|state| !state.is_released);
+        let state = slot.state.as_deref();
+        let state = state.filter(|state| !state.is_released && state.may_search());
         let next = state.and_then(|state| Some((state.steer.next_search()?, state)));
         slot.may_search = false;
         let Some((seconds, state)) = next else {

@@ -189,6 +189,12 @@ impl CharacterState {
         baked.reach() + self.additive.moves()
     }
 
+    /// Whether steering may search: it never cuts a blend, but a strike may.
+    pub(super) fn may_search(&self) -> bool {
+        let blends = || self.playing.motion.is_blending_body(self.playing.seconds);
+        matches!(self.goal, Goal::Strike { .. }) || !blends()
+    }
+
     /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
     fn steer(&mut self, world: &World<'_>, worker: &mut Worker, may_search: bool) {
         // What steering adds to the motion ends with it.

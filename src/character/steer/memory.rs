@@ -100,9 +100,9 @@ impl SteerState {
         self.progress += (along - self.progress) * (dt / LATELY).min(1.0);
     }
 
-    /// Whether the character hardly comes along its aim.
-    pub(super) fn is_stuck(&self, wanted: Vec2) -> bool {
-        self.progress < 0.5 * wanted.length()
+    /// Whether the character hardly comes along its aim, for a speed that can be had, in metres per second.
+    pub(super) fn is_stuck(&self, speed: f32) -> bool {
+        self.progress < 0.5 * speed
     }
 
     /// Whether a search that is needed may be made in this step. Otherwise it is made soon.

@@ -112,6 +112,8 @@ pub(super) struct Table {
     pub limit: f32,
     /// The hardest push: the horizontal acceleration of the centre of mass that few frames exceed, in metres per second squared.
     pub hardest: f32,
+    /// The highest of the moments' speeds, in metres per second.
+    pub fastest: f32,
     frame_rate: f32,
     /// Centres of mass of each clip's frames (x, z), from the clip's first on.
     centres: Vec<Vec2>,
@@ -224,6 +226,8 @@ impl Table {
         table.boxes = table.rows.chunks(BOXED).map(box_around).collect();
         table.limit = limit(accelerations, 0.96);
         table.hardest = limit(pushes, 0.999);
+        let speeds = table.moments.iter().map(|moment| moment.ahead);
+        table.fastest = speeds.fold(0.0, f32::max);
         table.add_calm_times(&hands, (1.0 / graph.frame_rate()) as f32);
         table
     }
