@@ -111,7 +111,7 @@ pub(in crate::maps) fn find_paths(
     });
     PathTable::new(
         first,
-        links.concat().into(),
+        links.concat().into_iter().collect(),
         report,
         graph,
         retimable,

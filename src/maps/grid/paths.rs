@@ -10,10 +10,12 @@
 //! ends. That takes two numbers for each path. The other data of a path is computed when it is asked for, along its edges, up to a node
 //! whose paths are kept. When a file is read, all links are checked, so that every path leads to an evasion.
 
+use std::fmt;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
-use serde::{Deserialize, Serialize};
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
@@ -194,8 +196,7 @@ pub(super) struct Link {
 }
 
 /// The links of all paths, 2 bytes each.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Vec<Link>", into = "Vec<Link>")]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Links {
     /// [`Link::edge`] above the `rest_bits` of [`Link::rest`]; 0 for the links in `others`.
     packed: Vec<u16>,
@@ -227,31 +228,75 @@ impl Links {
     }
 }
 
-impl From<Vec<Link>> for Links {
-    fn from(links: Vec<Link>) -> Self {
-        let with_edge = links.iter().filter(|link| link.edge > 0);
-        let most = with_edge.map(|link| link.rest).max().unwrap_or(0);
-        let rest_bits = (u32::BITS - most.leading_zeros()).min(u16::BITS);
-        let pack = |link: &Link| {
-            let fits = link.edge > 0 && link.rest < 1 << rest_bits;
-            let packed = u64::from(link.edge) << rest_bits | u64::from(link.rest);
-            u16::try_from(packed).ok().filter(|_| fits)
-        };
-        let packed: Vec<u16> = links.iter().map(|link| pack(link).unwrap_or(0)).collect();
-        let others = (0..).zip(links).filter(|(_, link)| pack(link).is_none());
-        Self {
-            others: others.collect(),
-            packed,
-            rest_bits,
+impl Links {
+    fn iter(&self) -> impl ExactSizeIterator<Item = Link> + '_ {
+        (0..self.len() as u32).map(|path| self.get(path))
+    }
+
+    /// Appends a link. All links are packed anew once one needs more bits.
+    fn push(&mut self, link: Link) {
+        let bits = (u32::BITS - link.rest.leading_zeros()).min(u16::BITS);
+        if link.edge > 0 && bits > self.rest_bits {
+            *self = Self::packed(bits, self.iter());
         }
+        self.append(link);
+    }
+
+    fn packed(rest_bits: u32, links: impl Iterator<Item = Link>) -> Self {
+        let mut packed = Self {
+            rest_bits,
+            ..Self::default()
+        };
+        links.for_each(|link| packed.append(link));
+        packed
+    }
+
+    fn append(&mut self, link: Link) {
+        let fits = link.edge > 0 && link.rest < 1 << self.rest_bits;
+        let packed = u64::from(link.edge) << self.rest_bits | u64::from(link.rest);
+        let packed = u16::try_from(packed).ok().filter(|_| fits);
+        if packed.is_none() {
+            self.others.push((self.packed.len() as u32, link));
+        }
+        self.packed.push(packed.unwrap_or(0));
     }
 }
 
-impl From<Links> for Vec<Link> {
-    fn from(links: Links) -> Self {
-        (0..links.len() as u32)
-            .map(|path| links.get(path))
-            .collect()
+impl FromIterator<Link> for Links {
+    fn from_iter<I: IntoIterator<Item = Link>>(links: I) -> Self {
+        let mut all = Self::default();
+        links.into_iter().for_each(|link| all.push(link));
+        all
+    }
+}
+
+impl Serialize for Links {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+/// One by one: all of them unpacked would take several times the memory of what is read.
+impl<'de> Deserialize<'de> for Links {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct EachLink;
+        impl<'de> Visitor<'de> for EachLink {
+            type Value = Links;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the links of paths")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut links: A) -> Result<Links, A::Error> {
+                let mut all = Links::default();
+                while let Some(link) = links.next_element()? {
+                    all.push(link);
+                }
+                all.packed.shrink_to_fit();
+                Ok(all)
+            }
+        }
+        deserializer.deserialize_seq(EachLink)
     }
 }
 
