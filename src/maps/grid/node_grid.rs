@@ -4,7 +4,7 @@
 //! path that ends in an evasion in the cells that the body occupies at the evasion's start but not
 //! at its end. Differs: relative to the place where an evasion starts, these cells are the same for
 //! every path. They are stored once for each evasion, heading and part of a cell
-//! ([`HEADINGS`], [`PARTS`]). An index into them and an offset follow from the placement of a path.
+//! ([`HEADINGS`], [`PARTS`]). An index into them, an offset and quarter turns follow from the placement of a path.
 //!
 //! The cells of an evasion are computed on first use. They depend only on the graph.
 
@@ -12,22 +12,53 @@ use std::sync::OnceLock;
 
 use super::cells::CellColumn;
 use super::paths::NodePath;
-use super::vacated::{HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
+use super::vacated::{ALL_HEADINGS, HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
 use crate::graph::MotionGraph;
 use crate::maps::regions::{Body, Evasion, EvasionTracks};
 use crate::math::{Sphere, floor, in_parallel};
 
-/// Cells of a path: the kind of its evasion's cells, and an offset in cells.
+/// Cells of a path: the kind of its evasion's cells, and the quarter turns and the offset in cells that place them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct PathOffset {
     kind: u32,
+    quarters: u32,
     x: i32,
     z: i32,
+}
+
+/// Turns a pair (x, z) back by quarters of a turn about +Y.
+#[inline]
+fn turned_back([x, z]: [i32; 2], quarters: u32) -> [i32; 2] {
+    match quarters % 4 {
+        0 => [x, z],
+        1 => [-z, x],
+        2 => [-x, -z],
+        _ => [z, -x],
+    }
 }
 
 impl PathOffset {
     /// Maximum offset, in cells. All columns are closer to a node's root.
     const FURTHEST: i32 = (1 << 13) - 1;
+
+    /// The column of its kind that a column of the node's frame is.
+    #[inline]
+    fn in_kind(self, x: i32, z: i32) -> [i32; 2] {
+        turned_back([x - self.x, z - self.z], self.quarters)
+    }
+
+    /// The column of the node's frame that a column of its kind is.
+    fn in_node(self, x: i32, z: i32) -> [i32; 2] {
+        let [x, z] = turned_back([x, z], 4 - self.quarters);
+        [self.x + x, self.z + z]
+    }
+
+    /// The columns along x of the node's frame that cells reach.
+    fn across(self, cells: &VacatedCells) -> std::ops::RangeInclusive<i32> {
+        let last = [cells.width, cells.depth].map(|count| count as i32 - 1);
+        let ends = [[0, 0], last].map(|[x, z]| self.in_node(cells.x + x, cells.z + z)[0]);
+        ends[0].min(ends[1])..=ends[0].max(ends[1])
+    }
 }
 
 /// Computed parts of the grids of all nodes.
@@ -73,7 +104,9 @@ impl GridCells {
     /// Kind and offset of a path's cells.
     fn offset(&self, path: &NodePath) -> PathOffset {
         let turns = path.placement.heading() / std::f32::consts::TAU;
-        let heading = ((turns - floor(turns) as f32) * HEADINGS as f32) as u32;
+        let heading = ((turns - floor(turns) as f32) * ALL_HEADINGS as f32) as u32;
+        let heading = heading.min(ALL_HEADINGS - 1);
+        let quarters = heading / HEADINGS;
         let place = |metres: f32| {
             let cells = metres / self.cell;
             let whole = floor(cells);
@@ -82,8 +115,17 @@ impl GridCells {
             (whole.clamp(-furthest, furthest), part.min(PARTS - 1))
         };
         let ((x, x_part), (z, z_part)) = (place(path.placement.x), place(path.placement.z));
-        let kind = (heading.min(HEADINGS - 1) * PARTS + x_part) * PARTS + z_part;
-        PathOffset { kind, x, z }
+        // About the middle of the cell, its parts turn with the body. The cell then lies where it did.
+        let turned = |part: u32| 2 * part as i32 - (PARTS as i32 - 1);
+        let parts = turned_back([turned(x_part), turned(z_part)], quarters);
+        let [x_part, z_part] = parts.map(|part| ((part + PARTS as i32 - 1) / 2) as u32);
+        let kind = (heading % HEADINGS * PARTS + x_part) * PARTS + z_part;
+        PathOffset {
+            kind,
+            quarters,
+            x,
+            z,
+        }
     }
 }
 
@@ -141,8 +183,9 @@ impl<'a> Grid<'a> {
     #[inline]
     pub fn vacates(self, path: &NodePath, column: CellColumn) -> u64 {
         let (offset, vacated, of_evasion) = self.vacated(path);
+        let [x, z] = offset.in_kind(column.x, column.z);
         vacated
-            .position(column.x - offset.x, column.z - offset.z)
+            .position(x, z)
             .map_or(0, |at| of_evasion.heights(vacated, at) & column.heights)
     }
 
@@ -150,14 +193,15 @@ impl<'a> Grid<'a> {
     #[must_use]
     pub fn vacates_any(self, path: &NodePath, columns: &[CellColumn]) -> bool {
         let (offset, vacated, of_evasion) = self.vacated(path);
-        let first = offset.x + vacated.x;
-        let start = columns.partition_point(|column| column.x < first);
+        let across = offset.across(vacated);
+        let start = columns.partition_point(|column| column.x < *across.start());
         columns[start..]
             .iter()
-            .take_while(|column| column.x < first + vacated.width as i32)
+            .take_while(|column| column.x <= *across.end())
             .any(|column| {
+                let [x, z] = offset.in_kind(column.x, column.z);
                 vacated
-                    .position(column.x - offset.x, column.z - offset.z)
+                    .position(x, z)
                     .is_some_and(|at| of_evasion.heights(vacated, at) & column.heights != 0)
             })
     }
@@ -166,10 +210,10 @@ impl<'a> Grid<'a> {
     pub fn cells(self, path: &NodePath) -> impl Iterator<Item = CellColumn> + use<'a> {
         let (offset, vacated, of_evasion) = self.vacated(path);
         (0..vacated.width).flat_map(move |x| {
-            (0..vacated.depth).map(move |z| CellColumn {
-                x: offset.x + vacated.x + x as i32,
-                z: offset.z + vacated.z + z as i32,
-                heights: of_evasion.heights(vacated, (x * vacated.depth + z) as usize),
+            (0..vacated.depth).map(move |z| {
+                let heights = of_evasion.heights(vacated, (x * vacated.depth + z) as usize);
+                let [x, z] = offset.in_node(vacated.x + x as i32, vacated.z + z as i32);
+                CellColumn { x, z, heights }
             })
         })
     }

@@ -228,6 +228,13 @@ impl Links {
     }
 }
 
+/// The [packed](Links::packed) link, or 0 if it does not fit.
+fn pack(link: Link, rest_bits: u32) -> u16 {
+    let fits = link.edge > 0 && link.rest < 1 << rest_bits;
+    let packed = u64::from(link.edge) << rest_bits | u64::from(link.rest);
+    u16::try_from(packed).ok().filter(|_| fits).unwrap_or(0)
+}
+
 impl Links {
     fn iter(&self) -> impl ExactSizeIterator<Item = Link> + '_ {
         (0..self.len() as u32).map(|path| self.get(path))
@@ -237,28 +244,26 @@ impl Links {
     fn push(&mut self, link: Link) {
         let bits = (u32::BITS - link.rest.leading_zeros()).min(u16::BITS);
         if link.edge > 0 && bits > self.rest_bits {
-            *self = Self::packed(bits, self.iter());
+            self.widen(bits);
         }
-        self.append(link);
-    }
-
-    fn packed(rest_bits: u32, links: impl Iterator<Item = Link>) -> Self {
-        let mut packed = Self {
-            rest_bits,
-            ..Self::default()
-        };
-        links.for_each(|link| packed.append(link));
-        packed
-    }
-
-    fn append(&mut self, link: Link) {
-        let fits = link.edge > 0 && link.rest < 1 << self.rest_bits;
-        let packed = u64::from(link.edge) << self.rest_bits | u64::from(link.rest);
-        let packed = u16::try_from(packed).ok().filter(|_| fits);
-        if packed.is_none() {
+        let packed = pack(link, self.rest_bits);
+        if packed == 0 {
             self.others.push((self.packed.len() as u32, link));
         }
-        self.packed.push(packed.unwrap_or(0));
+        self.packed.push(packed);
+    }
+
+    fn widen(&mut self, rest_bits: u32) {
+        let mut others = Vec::new();
+        for path in 0..self.packed.len() as u32 {
+            let link = self.get(path);
+            let packed = pack(link, rest_bits);
+            if packed == 0 {
+                others.push((path, link));
+            }
+            self.packed[path as usize] = packed;
+        }
+        (self.others, self.rest_bits) = (others, rest_bits);
     }
 }
 
@@ -289,10 +294,12 @@ impl<'de> Deserialize<'de> for Links {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut links: A) -> Result<Links, A::Error> {
                 let mut all = Links::default();
+                let count = links.size_hint().unwrap_or(0);
+                all.packed
+                    .reserve_exact(count.min(PathSettings::MOST_OF_ALL));
                 while let Some(link) = links.next_element()? {
                     all.push(link);
                 }
-                all.packed.shrink_to_fit();
                 Ok(all)
             }
         }
@@ -308,7 +315,7 @@ const UNSORTED: &str = "a node's paths are not in the order of their length";
 
 impl PathTable {
     /// Number of nodes between two whose paths are kept. Most paths continue along their clip, whose next node has the next number.
-    const KEPT: usize = 16;
+    const KEPT: usize = 20;
 
     /// Number of paths that are restored together.
     const TOGETHER: usize = 16;

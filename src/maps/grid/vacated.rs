@@ -5,8 +5,11 @@ use rustc_hash::FxHashMap;
 use super::cells::CellColumn;
 use crate::math::{Rigid2, Sphere};
 
-/// Number of headings that have their own cells.
-pub(super) const HEADINGS: u32 = 72;
+/// Number of headings that have their own cells. They are those of a quarter of a turn: the cells of the others are the same, turned.
+pub(super) const HEADINGS: u32 = 18;
+
+/// Number of headings of a whole turn.
+pub(super) const ALL_HEADINGS: u32 = 4 * HEADINGS;
 
 /// Number of parts of a cell along x and along z that have their own cells.
 pub(super) const PARTS: u32 = 2;
@@ -125,7 +128,7 @@ fn kind_placement(kind: u32, cell: f32) -> Rigid2 {
     let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
     let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
     Rigid2::new(
-        heading / HEADINGS as f32 * std::f32::consts::TAU,
+        heading / ALL_HEADINGS as f32 * std::f32::consts::TAU,
         part(kind / PARTS % PARTS),
         part(kind % PARTS),
     )
