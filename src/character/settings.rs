@@ -113,7 +113,7 @@ pub struct SteerSettings {
     pub slowest: f32,
     /// Fastest playback rate, from the slowest to 10. Default 1.25. Characters that go faster still take longer strides, up to 1.1 of the clip's.
     pub fastest: f32,
-    /// Maximum turn that is added to a walking character, in radians per second, 0 to 100. Default 2.6.
+    /// Maximum turn that is added to a walking character, in radians per second, 0 to 100. Default 3.5.
     pub turn: f32,
     /// Maximum turn that is added to a standing character, in radians per second, 0 to 100. Default 0.8.
     pub standing_turn: f32,
@@ -135,7 +135,7 @@ impl Default for SteerSettings {
             gain: 1.5,
             slowest: 0.7,
             fastest: 1.25,
-            turn: 2.6,
+            turn: 3.5,
             standing_turn: 0.8,
             jump_turn: 0.1,
             clearance: 0.45,

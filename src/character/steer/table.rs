@@ -224,7 +224,7 @@ impl Table {
             table.add_clip(baked, clip, edges, found, &mut hands);
         }
         table.boxes = table.rows.chunks(BOXED).map(box_around).collect();
-        table.limit = limit(accelerations, 0.96);
+        table.limit = limit(accelerations, 0.98);
         table.hardest = limit(pushes, 0.999);
         let speeds = table.moments.iter().map(|moment| moment.ahead);
         table.fastest = speeds.fold(0.0, f32::max);
