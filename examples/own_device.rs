@@ -5,32 +5,30 @@
 //! # Usage
 //! `cargo run --release --example own_device -- out/fighter.sabaki`
 //!
-//! `cargo run --release` writes that file. The example writes `out/guest_0.png` and `out/guest_1.png`.
+//! `cargo run --release` writes that file.
 //!
 //! # How it works
-//! 1. `check` says what the device offers; the renderer enables it, and `Context::new` takes the handles.
-//! 2. `Culler::record` writes the commands into the frame that the renderer draws anyway.
+//! 1. `check` says what the device offers; your renderer enables it, and `Context::new` takes the handles.
+//! 2. `Culler::record` writes the commands into the frame that your renderer draws anyway.
 //! 3. In a later frame `Culler::poll` returns the counts, or nothing; then the CPU counts the same.
 //! 4. `Session::submit` takes the counts and gives the answer.
 //!
-//! `common/renderer.rs` is a small renderer of instanced spheres, `common/plain_memory.rs` its allocator.
+//! `common/plain_memory.rs` is your renderer's allocator. What it draws is left out: the example in wgpu draws the same throw.
 
 #[path = "common/baked.rs"]
 mod common;
 #[path = "common/plain_memory.rs"]
 mod plain_memory;
-#[path = "common/renderer.rs"]
-mod renderer;
-#[path = "common/scene.rs"]
-mod scene;
+#[path = "common/throw.rs"]
+mod throw;
 
 use std::error::Error;
 
 use ash::vk;
 use plain_memory::PlainMemory;
-use renderer::Renderer;
 use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, check};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
+use throw::Throw;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.
@@ -83,18 +81,28 @@ fn main() -> Result<(), Box<dyn Error>> {
         let baked = &common::baked()?;
         let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
         let mut culler = Culler::new(&context, &mut memory, &desc)?;
-        let renderer = Renderer::new(&device, &mut memory, queue_family)?;
 
         // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-        let throw = scene::Throw::new(baked)?;
+        let throw = Throw::new(baked)?;
         let settings = QuerySettings::default();
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let query = Query::new(baked, &settings);
         let mut session = query.start(throw.request(), &mut context);
-        let spheres = scene::before(baked, &throw);
-        let ticket = renderer.frame("out/guest_0.png", &spheres, |cmd| {
-            culler.record(cmd, 0, &session.cull_input())
-        })??;
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(queue_family);
+        let pool = device.create_command_pool(&info, None)?;
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(pool)
+            .command_buffer_count(1);
+        let cmd = device.allocate_command_buffers(&info)?[0];
+        device.begin_command_buffer(cmd, &vk::CommandBufferBeginInfo::default())?;
+        let ticket = culler.record(cmd, 0, &session.cull_input())?;
+        // Here the renderer draws.
+        device.end_command_buffer(cmd)?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        let queue = device.get_device_queue(queue_family, 0);
+        device.queue_submit2(queue, &submit, vk::Fence::null())?;
+        device.queue_wait_idle(queue)?;
 
         // Later: the counts are there, or else the CPU counts the same.
         let mut overlaps = Vec::new();
@@ -105,14 +113,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         if session.submit(&overlaps, &mut answer) == Step::Recount {
             session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
         }
-        scene::print(there, overlaps.len(), &answer);
-
-        // The frames after that play the answer; here the one in which the ball is nearest.
-        let spheres = scene::nearest(baked, &throw, &answer);
-        renderer.frame("out/guest_1.png", &spheres, |_| ())?;
+        throw::print(there, overlaps.len(), &answer);
 
         culler.destroy(&mut memory);
-        renderer.destroy(&mut memory);
+        device.destroy_command_pool(pool, None);
         println!("blocks of memory left: {}", memory.live_blocks());
         device.destroy_device(None);
         instance.destroy_instance(None);

@@ -1,7 +1,6 @@
 //! Files about bodies: spheres on joints, and masses of joints. Joints are identified by name.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 
 use glam::Vec3;
@@ -11,7 +10,6 @@ use crate::events::several_joints;
 use crate::file::{parse_json, read_bytes};
 use crate::{FileError, ReadError};
 use sabaki::anim::Skeleton;
-use sabaki::archive::write_atomically;
 use sabaki::lod::Masses;
 use sabaki::maps::{Body, BodySphere};
 
@@ -120,17 +118,6 @@ impl BodyFile {
                 Err(entry.wrong(sphere, several_joints(&entry.joint)))
             }
         }
-    }
-
-    /// Writes the file atomically.
-    ///
-    /// # Errors
-    /// An error of the file system.
-    pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        write_atomically(path, |file| {
-            serde_json::to_writer_pretty(&mut *file, self)?;
-            writeln!(file)
-        })
     }
 }
 

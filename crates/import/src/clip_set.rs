@@ -261,7 +261,6 @@ fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError
 
 /// A motion of a file.
 struct Loaded {
-    /// Index of the file.
     file: usize,
     motion: LoadedClip,
     /// Events of the file itself that are used. Their clip is not set.
@@ -403,7 +402,6 @@ fn load_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Loaded>, Vec<Faile
 
 /// A file that was parsed.
 struct Parsed {
-    /// Index of the file.
     file: usize,
     read: MotionFile,
     stance: Stance,

@@ -157,7 +157,6 @@ impl EventEntry {
         }
     }
 
-    /// The event in a clip, or what is wrong with it.
     fn resolve(&self, index: usize, clip: &Clip, skeleton: &Skeleton) -> Result<Event, String> {
         let &Self {
             kind, start, end, ..

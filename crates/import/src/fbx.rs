@@ -159,7 +159,6 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// The nodes that are bones.
     fn bones(&self) -> BTreeSet<u32> {
         let bones = self.scene.nodes.iter().filter(|node| node.bone.is_some());
         let clusters = self.scene.skin_clusters.iter();

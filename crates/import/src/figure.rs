@@ -394,7 +394,6 @@ pub(crate) fn settle_sides(
     clips: &[Clip],
 ) -> (&'static str, Option<String>) {
     const BY_NAMES: (&str, Option<String>) = ("by names", None);
-    /// Number of frames of all clips.
     const FRAMES: usize = 256;
     /// Share of their length by which toes, or knees without toes, point against the direction that the names tell if these are wrong.
     const AGAINST: f32 = 0.5;

@@ -112,7 +112,6 @@ impl Scale {
 /// How a figure stands in the poses of a file, in the file's unit and space.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stance {
-    /// Skeleton of the figure.
     pub(crate) skeleton: Option<Skeleton>,
     /// Median of its [`stature`]; 0 if it has none.
     pub(crate) stature: f64,

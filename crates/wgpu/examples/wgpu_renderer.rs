@@ -14,16 +14,26 @@
 
 #[path = "../../../examples/common/baked.rs"]
 mod common;
-#[path = "../../../examples/common/scene.rs"]
-mod scene;
+#[path = "../../../examples/common/throw.rs"]
+mod throw;
 
-use std::error::Error;
+use std::{error::Error, fs, io::BufWriter};
 
+use glam::{Quat, Vec3};
 use pollster::block_on;
+use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::gpu::{BatchEntry, CullerDesc};
-use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
+use sabaki::maps::BakedGraph;
+use sabaki::query::{
+    Answer, Attack, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu,
+};
 use sabaki_wgpu::Host;
-use scene::{Instance, MOST_INSTANCES};
+use throw::Throw;
+
+/// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
+type Instance = [f32; 8];
+
+const MOST_INSTANCES: usize = 256;
 
 const SIDE: u32 = 640;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -42,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut culler = host.culler(&CullerDesc::new(CullPath::Compute, baked.atlas()))?;
 
     // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-    let throw = scene::Throw::new(baked)?;
+    let throw = Throw::new(baked)?;
     let settings = QuerySettings::default();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let query = Query::new(baked, &settings);
@@ -55,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: slot 0 is free, and the frame submits the commands.
     let cull = unsafe { culler.record(&mut batch) }?;
     let ticket = batch[0].ticket.ok_or("nothing was recorded")?;
-    let spheres = scene::before(baked, &throw);
+    let spheres = before(baked, &throw);
     renderer.frame("out/wgpu_0.png", &spheres, Some(cull))?;
 
     // Later: the counts are there, or else the CPU counts the same.
@@ -67,10 +77,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     if session.submit(&overlaps, &mut answer) == Step::Recount {
         session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
     }
-    scene::print(there, overlaps.len(), &answer);
+    throw::print(there, overlaps.len(), &answer);
 
     // The frames after that play the answer; here the one in which the ball is nearest.
-    let spheres = scene::nearest(baked, &throw, &answer);
+    let spheres = nearest(baked, &throw, &answer);
     renderer.frame("out/wgpu_1.png", &spheres, None)
 }
 
@@ -154,7 +164,7 @@ impl Renderer {
         });
         self.device.poll(wgpu::PollType::wait_indefinitely())?;
         mapped.recv()??;
-        scene::write_png(path, SIDE, &read.get_mapped_range()?)?;
+        write_png(path, SIDE, &read.get_mapped_range()?)?;
         self.pixels.unmap();
         Ok(())
     }
@@ -193,8 +203,7 @@ fn extent() -> wgpu::Extent3d {
 }
 
 fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
-    let module =
-        device.create_shader_module(wgpu::include_wgsl!("../../../examples/common/spheres.wgsl"));
+    let module = device.create_shader_module(wgpu::include_wgsl!("spheres.wgsl"));
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: None,
         layout: None,
@@ -223,4 +232,61 @@ fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
         multiview_mask: None,
         cache: None,
     })
+}
+
+/// What is drawn before the ball flies.
+fn before(baked: &BakedGraph, throw: &Throw) -> Vec<Instance> {
+    let mut pose = Pose::default();
+    throw.playhead.pose(baked.graph(), &mut pose);
+    instances(baked, &pose, ball(&throw.attack, 0.0))
+}
+
+/// What is drawn of an answer when the ball is nearest.
+fn nearest(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Vec<Instance> {
+    let (mut pose, seconds) = (Pose::default(), answer.clearance().time);
+    answer.motion.sample(baked.graph(), seconds, &mut pose);
+    instances(baked, &pose, ball(&throw.attack, seconds))
+}
+
+/// Where the ball is: before it is thrown, where it will start; nowhere after its flight.
+fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
+    let keys = attack.spheres()[0].keys();
+    let mut pairs = keys.windows(2);
+    let pair = pairs.find(|pair| seconds <= pair[1].t)?;
+    let share = (seconds - pair[0].t) / (pair[1].t - pair[0].t);
+    let center = pair[0].center.lerp(pair[1].center, share.max(0.0));
+    Some((center, pair[0].radius))
+}
+
+/// The body's spheres in a pose, and the ball at that moment; what is further away comes first.
+fn instances(baked: &BakedGraph, pose: &Pose, ball: Option<(Vec3, f32)>) -> Vec<Instance> {
+    let mut joints = Vec::new();
+    forward_kinematics(baked.graph().skeleton(), pose, &mut joints);
+    let body = baked.body().spheres.iter();
+    let mut spheres: Vec<_> = body
+        .map(|one| (one.centre(&joints), one.radius, [0.35, 0.55, 0.85]))
+        .collect();
+    spheres.extend(ball.map(|(center, radius)| (center, radius, [0.9, 0.3, 0.15])));
+    let camera = Quat::from_rotation_x(0.25) * Quat::from_rotation_y(-0.7);
+    let seen = |center: Vec3| camera * (center - Vec3::new(0.0, 0.9, 0.0));
+    spheres.sort_by(|a, b| seen(a.0).z.total_cmp(&seen(b.0).z));
+    let instance = |center, radius, [red, green, blue]: [f32; 3], lowness| {
+        let Vec3 { x, y, .. } = seen(center);
+        [x, y, radius, lowness, red, green, blue, 0.0]
+    };
+    let shadows = spheres
+        .iter()
+        .map(|one| instance(one.0.with_y(0.0), one.1, [0.25; 3], 0.25));
+    let bodies = spheres.iter().map(|one| instance(one.0, one.1, one.2, 1.0));
+    shadows.chain(bodies).take(MOST_INSTANCES).collect()
+}
+
+/// Writes a picture of four bytes a pixel.
+fn write_png(path: &str, side: u32, pixels: &[u8]) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all("out")?;
+    let file = BufWriter::new(fs::File::create(path)?);
+    let mut encoder = png::Encoder::new(file, side, side);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header()?.write_image_data(pixels)?;
+    Ok(())
 }

@@ -131,7 +131,6 @@ impl Report {
         write_file(path, Done::json(&json!(file)).as_bytes())
     }
 
-    /// Number of proposed events of a kind.
     fn count(&self, kind: EventKind) -> usize {
         let events = self.clips.iter().flat_map(|clip| &clip.proposed);
         events.filter(|event| event.kind == kind).count()

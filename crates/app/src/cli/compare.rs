@@ -500,11 +500,9 @@ fn hits<'r>(answers: impl IntoIterator<Item = &'r QueryRunner<'r>>) -> FxHashMap
 /// Numbers of candidates by the results of maps and exact test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct MapTally {
-    /// Candidates that are hit.
     pub(crate) hits: usize,
     /// Hit candidates that the maps keep.
     pub(crate) hits_kept: usize,
-    /// Candidates that are clean.
     pub(crate) clean: usize,
     /// Clean candidates that the maps remove.
     pub(crate) clean_removed: usize,
@@ -526,7 +524,6 @@ impl MapTally {
         }
     }
 
-    /// Adds a candidate.
     fn add(&mut self, one: &CountedOne, is_hit: bool) {
         let is_removed = one.overlap.body > 0;
         let is_proven = one.overlap.outer == 0 && !one.is_open;

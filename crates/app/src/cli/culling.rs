@@ -90,7 +90,6 @@ pub(crate) struct Culling {
     unculled: cpu::Culler,
 }
 
-/// A device with the cullers of one graph.
 struct DeviceCullers {
     headless: Headless,
     cullers: Cullers,

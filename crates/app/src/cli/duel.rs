@@ -140,7 +140,6 @@ fn describe(baked: &BakedGraph, fought: &Fought) -> String {
     text
 }
 
-/// The score in one line.
 pub(crate) fn score_line(fought: &Fought) -> String {
     let fight = &fought.fight;
     let [hits, dodges] = score(&fight.exchanges);

@@ -187,7 +187,6 @@ impl Explained<'_> {
     }
 }
 
-/// Lists the candidates with one outcome.
 fn list(text: &mut String, exported: ExportedAnswer<'_>, some: &[&CandidateReport], all: bool) {
     let _ = writeln!(text, "\n{} ({})", outcome(some[0]).1, some.len());
     if some[0].result != CandidateResult::NotInTime {

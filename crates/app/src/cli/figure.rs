@@ -74,7 +74,6 @@ pub(crate) struct Fit {
 }
 
 impl FigureArgs {
-    /// The files that are read.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         self.body.iter().chain(&self.prop).map(PathBuf::as_path)
     }

@@ -327,7 +327,6 @@ impl Report {
 }
 
 impl Report {
-    /// The errors of the levels.
     fn errors(&self) -> Chart<'static> {
         let of_levels = |value: &dyn Fn(&Level) -> f32| {
             let levels = self.levels.levels.iter().enumerate();

@@ -80,16 +80,6 @@ impl MeshArgs {
         let bound = bound.map_err(|error| usage(error).within(&path))?;
         Ok(Some(BoundOutfit::of(bound, &path, notes)))
     }
-
-    /// Why [`Self::load`] made no mesh.
-    pub(crate) fn why_none(&self) -> &'static str {
-        match &self.mesh {
-            Some(_) => "capsules are no mesh",
-            None => {
-                "no body is made for this skeleton, because its joints' names do not tell two legs, two arms and a head"
-            }
-        }
-    }
 }
 
 /// Name of the body made by code.

@@ -66,7 +66,6 @@ const fn among(around: Surroundings) -> Scenario {
 }
 
 struct Report {
-    /// Outcomes of each kind of attack.
     rows: Vec<Vec<Outcome>>,
     steer: SteerReport,
     idle: IdleReport,

@@ -115,7 +115,6 @@ pub(crate) fn file_throws(baked: &BakedGraph, path: &Path) -> Result<Vec<Throw>,
     Ok(attacks.into_iter().map(throw).collect())
 }
 
-/// The attack of a file with this index.
 pub(crate) fn file_throw(baked: &BakedGraph, path: &Path, index: u64) -> Result<Throw, Failure> {
     let throws = file_throws(baked, path)?;
     let count = throws.len();
@@ -232,7 +231,6 @@ pub(crate) struct QueryRunner<'a> {
     pub(crate) answer: Answer,
     /// Rounds of culling of the last query, if they are recorded.
     pub(crate) rounds: Vec<Vec<CountedOne>>,
-    /// Whether `rounds` are recorded.
     pub(crate) records_rounds: bool,
 }
 

@@ -105,7 +105,6 @@ pub(crate) fn on_cpu(_: &CullInput<'_>, drawings: &[Drawing]) -> Result<Vec<BitM
     Ok(drawings.iter().map(raster::any_frame).collect())
 }
 
-/// Slab and slice of a map of the attack, and the map.
 type AttackMap = ((Slab, u32), BitMap);
 
 /// The attack's inner discs by the candidate's time offset: slab and slice, and a drawing of each.

@@ -65,12 +65,10 @@ pub struct QualityMeter<'a> {
     seconds: f32,
 }
 
-/// A body at one sample.
 #[derive(Clone, Debug, Default)]
 struct Sample {
     rotations: Vec<Quat>,
     toes: Vec<Vec3>,
-    /// Centre of mass.
     centre: Vec3,
     overlap: f32,
     is_composed: bool,

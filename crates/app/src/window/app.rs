@@ -87,7 +87,6 @@ struct App<'a> {
     turns: bool,
     panels: bool,
     help: bool,
-    /// The window is covered.
     covered: bool,
     /// The window is covered or minimised.
     hidden: bool,

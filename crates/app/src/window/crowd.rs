@@ -13,43 +13,6 @@ use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, Formation, Mesh, Outfit, level_colour};
 
-/// Path of the camera past a crowd.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CameraPath {
-    /// Stands in front of the crowd, as in the paper.
-    #[default]
-    Head,
-    /// Flies along the crowd and back.
-    Along,
-    /// Controlled by the mouse.
-    Free,
-}
-
-impl CameraPath {
-    /// All paths.
-    pub const ALL: [Self; 3] = [Self::Head, Self::Along, Self::Free];
-
-    /// The camera after some seconds; `None` for [`CameraPath::Free`].
-    #[must_use]
-    pub fn camera(self, formation: &Formation, seconds: f32) -> Option<Camera> {
-        let head = formation.camera();
-        match self {
-            Self::Head => Some(head),
-            Self::Along => {
-                // Along and back in a minute, slow at both ends.
-                let share = 0.5 - 0.5 * (seconds * std::f32::consts::TAU / 60.0).cos();
-                let z = -share * (formation.length() - 30.0).max(0.0);
-                Some(Camera {
-                    eye: head.eye + Vec3::new(0.0, 1.5 * share.min(0.5), z),
-                    target: head.target + Vec3::new(0.0, 0.0, z),
-                    ..head
-                })
-            }
-            Self::Free => None,
-        }
-    }
-}
-
 /// An endless crowd.
 pub struct CrowdScene {
     /// The characters.
@@ -58,10 +21,9 @@ pub struct CrowdScene {
     pub levels: bool,
     /// Draws each character in the colour of its level.
     pub tinted: bool,
-    /// Path of the camera.
-    pub path: CameraPath,
     outfit: Arc<Outfit>,
-    seconds: f32,
+    /// Whether the mouse has the camera.
+    is_free: bool,
     times: Times,
 }
 
@@ -73,9 +35,8 @@ impl CrowdScene {
             formation,
             levels: true,
             tinted: false,
-            path: CameraPath::default(),
             outfit,
-            seconds: 0.0,
+            is_free: false,
             times: Times::default(),
         }
     }
@@ -92,7 +53,6 @@ impl Scene for CrowdScene {
 
     fn advance(&mut self, seconds: f32) {
         self.formation.advance(seconds);
-        self.seconds += seconds;
     }
 
     fn focus(&self) -> Vec3 {
@@ -104,7 +64,7 @@ impl Scene for CrowdScene {
     }
 
     fn camera(&self) -> Option<Camera> {
-        self.path.camera(&self.formation, self.seconds)
+        (!self.is_free).then(|| self.formation.camera())
     }
 
     fn draw(&mut self, camera: Camera, size: [u32; 2], poses: &mut [F32x16]) -> Drawn {
@@ -123,11 +83,7 @@ impl Scene for CrowdScene {
             "l" | "t" | "c" if !is_down => {}
             "l" => self.levels = !self.levels,
             "t" => self.tinted = !self.tinted,
-            "c" => {
-                let all = CameraPath::ALL;
-                let at = all.iter().position(|path| *path == self.path);
-                self.path = all[at.map_or(0, |at| (at + 1) % all.len())];
-            }
+            "c" => self.is_free = !self.is_free,
             _ => return false,
         }
         true
@@ -137,7 +93,10 @@ impl Scene for CrowdScene {
         &[
             ("l", "levels of detail, or all joints for all"),
             ("t", "everybody in the colour of its level"),
-            ("c", "the next camera path"),
+            (
+                "c",
+                "the mouse has the camera, or it stands in front of the crowd",
+            ),
         ]
     }
 
@@ -149,13 +108,7 @@ impl Scene for CrowdScene {
         ui.checkbox(&mut self.tinted, "everybody in the colour of its level");
         let slider = Slider::new(self.formation.error_mut(), 0.25..=16.0).logarithmic(true);
         ui.add_enabled(self.levels, slider.text("pixels of error"));
-        ui.label("camera");
-        ui.horizontal(|ui| {
-            for path in CameraPath::ALL {
-                let name = format!("{path:?}").to_lowercase();
-                ui.selectable_value(&mut self.path, path, name);
-            }
-        });
+        ui.checkbox(&mut self.is_free, "the mouse has the camera");
         ui.separator();
         let posed = self.times.median();
         ui.label(format!("posed in {posed:.2} ms, into mapped memory"));

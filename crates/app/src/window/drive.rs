@@ -69,7 +69,6 @@ pub struct DriveScore {
     pub closest: Option<f32>,
 }
 
-/// A ball on its way.
 struct Ball {
     number: u32,
     threat: Threat,

@@ -100,7 +100,6 @@ impl DuelScene {
         }
     }
 
-    /// The playback of one exchange.
     fn playback(&self, exchange: usize) -> DuelPlayback<'_> {
         let exchanges = &self.fight.exchanges;
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
@@ -120,7 +119,6 @@ impl DuelScene {
         (exchange.announced <= self.t).then_some(exchange)
     }
 
-    /// Name of an exchange's attack.
     fn attack(&self, exchange: &Exchange) -> &str {
         clip_of(&self.baked, exchange.attack)
     }

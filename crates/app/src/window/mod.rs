@@ -41,7 +41,7 @@ use sabaki_draw::scene::{Camera, CrowdShot, FormationError, Mesh, Shot};
 use sabaki_fixtures::headless::{DeviceChoice, Headless};
 
 pub use app::show;
-pub use crowd::{CameraPath, CrowdScene};
+pub use crowd::CrowdScene;
 pub use drive::{DriveScene, DriveScore};
 pub use duel::DuelScene;
 pub use player::{MouseCamera, picture};

@@ -100,7 +100,6 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// A click at a pixel.
     pub(super) fn click(&mut self, at: Vec2, picture: [u32; 2]) -> Result<(), WindowError> {
         let camera = self.eye();
         let ray = camera.ray(at, picture);

@@ -91,7 +91,6 @@ pub struct Thrown<'a> {
     dodge: Dodge<'a>,
     /// Motion of the character, until everything that is shown is over.
     motion: Motion,
-    /// Lines of the list of candidates, once it is shown.
     lines: OnceCell<Vec<CandidateLine>>,
 }
 
@@ -126,7 +125,6 @@ pub struct ThrowScene<'a> {
     events: Vec<Event>,
     context: QueryContext,
     cpu: cpu::Culler,
-    /// Cullers on the device.
     cullers: Cullers,
 }
 
@@ -261,7 +259,6 @@ impl<'a> ThrowScene<'a> {
         Ok(())
     }
 
-    /// Asks for the answer to an attack.
     fn ask(&mut self, attack: Attack, mut device: Option<&mut Headless>) -> Thrown<'a> {
         let (baked, settings) = (self.baked, self.settings);
         let (mut answer, mut trouble, mut culling) = (Answer::default(), None, settings.culling);
@@ -323,7 +320,6 @@ impl<'a> ThrowScene<'a> {
         counted.map_err(|error| error.to_string())
     }
 
-    /// Advances the dodge.
     fn dodge_on(&mut self, seconds: f32) {
         let (Some(last), Some(progress)) = (&self.last, &mut self.dodging) else {
             return;
@@ -499,7 +495,6 @@ fn target_of(
 }
 
 impl Thrown<'_> {
-    /// The answer as an event.
     fn event(&self, number: u32, settings: &ThrowSettings) -> Event {
         let (clearance, counts) = (self.answer.clearance(), self.answer.counts);
         let chosen = self.answer.candidates.get(self.answer.chosen);
@@ -820,12 +815,10 @@ impl ThrowScene<'_> {
     }
 }
 
-/// A line of the list of candidates.
 struct CandidateLine {
     candidate: usize,
     text: String,
     colour: Color32,
-    /// Name of the evasion.
     name: String,
 }
 

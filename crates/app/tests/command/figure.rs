@@ -20,8 +20,8 @@ fn bake_takes_spheres_from_a_file() {
     let (folder, skeleton) = (folder(), skeleton());
     let mut body = Body::from_bones(&skeleton);
     body.spheres.truncate(9);
-    let file = BodyFile::of(&body, &skeleton);
-    file.write(&folder.path().join("body.json")).unwrap();
+    let file = serde_json::to_vec(&BodyFile::of(&body, &skeleton)).unwrap();
+    write(&folder, "body.json", file);
     let args = "bake --clips CLIPS --out g.sabaki --body body.json --json";
     let said = sabaki(&folder, args).json(0);
     assert_eq!(said["body_spheres"], 9);

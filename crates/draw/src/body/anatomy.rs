@@ -10,7 +10,6 @@ pub(super) const LEFT: usize = 0;
 
 /// A skeleton in the pose that the body is made in: upright, facing +Z, arms and legs spread.
 pub(super) struct Anatomy {
-    /// Frames of the joints.
     pub(super) frames: Vec<JointTransform>,
     /// Joints from the pelvis up to the joint that carries both arms.
     pub(super) trunk: Vec<JointId>,
@@ -85,7 +84,6 @@ impl Anatomy {
         })
     }
 
-    /// Position of a joint.
     pub(super) fn at(&self, id: JointId) -> Vec3 {
         self.frames[id.index()].translation
     }

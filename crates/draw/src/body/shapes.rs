@@ -9,7 +9,6 @@ use glam::{Quat, Vec3};
 use sabaki::anim::JointId;
 use sabaki::math::smooth_step;
 
-/// Form of a shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Form {
     /// The hull of two spheres. `depth` is a factor of its size along Z, at most 1.
@@ -68,7 +67,6 @@ pub(super) enum Carrier {
     Trunk,
 }
 
-/// A shape of a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
     pub(super) form: Form,

@@ -68,7 +68,6 @@ pub struct Nearest {
 const BEFORE: f32 = 0.5;
 const AFTER: f32 = 0.7;
 
-/// Colour of the ghost.
 const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
 
 /// Duration of the trail behind a ball, in seconds.

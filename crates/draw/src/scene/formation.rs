@@ -174,8 +174,7 @@ impl Formation {
     }
 
     /// Length of the column, in metres.
-    #[must_use]
-    pub fn length(&self) -> f32 {
+    fn length(&self) -> f32 {
         let rows = self.settings.count.div_ceil(abreast(self.settings.count));
         rows.saturating_sub(1) as f32 * Self::APART
     }

@@ -252,7 +252,6 @@ impl SkinnedBody {
     }
 }
 
-/// The inverse of a rigid transform.
 pub(crate) fn inverse(of: &JointTransform) -> JointTransform {
     let rotation = of.rotation.conjugate();
     JointTransform {

@@ -257,7 +257,6 @@ impl Stage {
     }
 }
 
-/// Depth attachment.
 const DEPTH_DRAWN: ImageUse = ImageUse {
     stages: vk::PipelineStageFlags2::from_raw(
         vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
@@ -287,10 +286,8 @@ fn cleared(depth: f32) -> vk::ClearValue {
     }
 }
 
-/// A use of an image.
 #[derive(Clone, Copy)]
 pub(crate) struct ImageUse {
-    /// Pipeline stages that use it.
     pub(crate) stages: vk::PipelineStageFlags2,
     /// Access of these stages to the image.
     pub(crate) access: vk::AccessFlags2,

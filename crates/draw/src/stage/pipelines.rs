@@ -49,7 +49,6 @@ type Desc = (
     Geometry,
 );
 
-/// Kind of a draw.
 #[derive(Clone, Copy)]
 pub(super) enum Draw {
     Body,

@@ -175,7 +175,6 @@ struct Skinned<'a> {
     /// Index of the first of these numbers in the buffer.
     first_number: u32,
     draws: Vec<SkinDraw>,
-    /// For each draw its command.
     commands: Vec<DrawCommand>,
 }
 
@@ -192,7 +191,6 @@ impl<'a> Skinned<'a> {
         }
     }
 
-    /// Adds the bones of a skin and returns the index of the first.
     fn add_bones(&mut self, skin: &Skin) -> u32 {
         let first = self.bones.len() as u32;
         self.bones.extend(skin.bones.iter().map(|bone| Bone {

@@ -16,7 +16,6 @@ const MOST_RATE: f64 = 240.0;
 pub(super) struct Body {
     /// Frames per second.
     pub(super) rate: f64,
-    /// The root.
     pub(super) root: Vec<Vec3>,
     /// The head; the root's places where no head is known.
     pub(super) head: Vec<Vec3>,

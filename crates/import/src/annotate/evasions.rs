@@ -52,7 +52,6 @@ const GUARD_REACH: f32 = 0.1;
 /// The frames of an evasion, and its displacement as a multiple of the least that counts.
 type Evasion = (Range<usize>, f32);
 
-/// Curves of the trunk.
 struct Trunk<'a> {
     body: &'a Body,
     root: Vec<Vec3>,
@@ -220,7 +219,6 @@ impl<'a> Trunk<'a> {
     }
 }
 
-/// All evasions of a body, by time.
 pub(super) fn find(body: &Body, strikes: &[Strike]) -> Vec<Evasion> {
     let trunk = Trunk::of(body);
     let hold = body.frames(MAX_HOLD);

@@ -113,7 +113,6 @@ impl Mesh {
         &self.parts
     }
 
-    /// Corners of a triangle.
     pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize])
     }

@@ -237,7 +237,6 @@ fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3])
 
 const TOO_LARGE: GltfError = GltfError::Mesh("it has more than 1,048,576 vertices or triangles");
 
-/// Accessor of an attribute.
 fn attribute(primitive: &Primitive, wanted: Semantic) -> Option<usize> {
     let found = primitive.attributes.get(&Checked::Valid(wanted));
     found.map(|index| index.value())
@@ -291,7 +290,6 @@ struct Rig<'a> {
     turn: Mat3A,
     /// From the file's space to that of the bind pose, by the first joint.
     to_bind: Affine3A,
-    /// The skins, by index.
     skins: HashMap<usize, Skin>,
 }
 

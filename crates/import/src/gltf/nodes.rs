@@ -13,7 +13,6 @@ use sabaki::anim::Skeleton;
 
 /// The tree of all nodes, and the nodes of the skeleton.
 pub(super) struct Nodes {
-    /// Parent of each node.
     pub(super) parents: Vec<Option<usize>>,
     /// Number of nodes above each node, below [`Skeleton::MAX_JOINTS`].
     pub(super) depths: Vec<usize>,

@@ -8,7 +8,6 @@ use sabaki::graph::{BakeProgress, BakeStage, BakeWatch};
 
 use super::super::cancel;
 
-/// Number of stages.
 const STAGES: usize = BakeStage::Exits as usize + 1;
 
 /// Shows the stage of a bake, the share of it that is done, and the time left; of the search the pairs of windows a second, too. Stderr may

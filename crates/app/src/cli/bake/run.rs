@@ -131,7 +131,6 @@ fn mesh_of(paths: &[PathBuf], set: &mut ClipSet) -> Result<Vec<u8>, Failure> {
     Ok(Vec::new())
 }
 
-/// Bakes the clips of `args`.
 pub(super) fn from_clips(args: &ClipArgs, draw: MapDrawing) -> Result<Baked, Failure> {
     let started = Instant::now();
     let input = BakeInput::read(args)?;
@@ -178,7 +177,6 @@ fn within(args: &ClipArgs, failure: Failure) -> Failure {
     }
 }
 
-/// Bakes the embedded motions.
 pub(super) fn bake_embedded() -> Result<Baked, Failure> {
     let motions = demo::motions().map_err(GraphError::from)?;
     Bake {

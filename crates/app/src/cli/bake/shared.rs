@@ -34,7 +34,6 @@ use super::run::{Bake, BakeInput, Baked, BuiltGraph, finish};
 /// Length of mark and checksums, in bytes.
 const HEADER: usize = 16;
 
-/// Largest number of shards.
 pub(super) const MOST_SHARDS: usize = 100_000;
 
 /// What all steps of a bake share.
@@ -54,7 +53,6 @@ pub(super) struct Plan {
     inputs: [u32; 2],
 }
 
-/// The folder of a shared bake.
 pub(super) struct SharedBake {
     folder: PathBuf,
     pub(super) plan: Plan,
@@ -214,7 +212,6 @@ impl SharedBake {
         }
     }
 
-    /// An input of the plan.
     fn input<T: DeserializeOwned>(&self, part: &str) -> Result<T, Failure> {
         self.read(part).map_err(|why| {
             let path = self.folder.join(part);

@@ -102,7 +102,6 @@ pub(crate) fn statistics(baked: &BakedGraph) -> Value {
     value
 }
 
-/// Statistics of a graph and of its bake.
 pub(crate) fn bake_statistics(baked: &Baked) -> Value {
     let mut value = statistics(&baked.graph);
     value["build_seconds"] = json!(baked.seconds);

@@ -57,7 +57,6 @@ pub(super) struct ThrowArgs {
 }
 
 impl ThrowArgs {
-    /// The graph and the attack.
     pub(super) fn load(&self) -> Result<(BakedGraph, Throw), Failure> {
         let baked = self.graph.load()?;
         let throw = match &self.attack {

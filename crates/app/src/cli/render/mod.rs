@@ -1,6 +1,5 @@
 //! `sabaki render`: draws scenes to files, without a window.
 
-mod body;
 mod crowd;
 mod dodge;
 mod duel;
@@ -42,8 +41,6 @@ enum Scene {
     Duel(Box<duel::Args>),
     /// A column of ten thousand characters.
     Crowd(Box<crowd::Args>),
-    /// The mesh of the characters from four sides, in three poses of the clips.
-    Body(Box<body::Args>),
     /// The maps of the chosen evasion and of the attack, slab by slab: the device draws them with its stencil buffer, and its occlusion
     /// queries count what they share.
     Maps(Box<MapsArgs>),
@@ -108,7 +105,6 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         Scene::Dodge(args) => dodge::run(args),
         Scene::Duel(args) => duel::run(args),
         Scene::Crowd(args) => crowd::run(args),
-        Scene::Body(args) => body::run(args),
         Scene::Maps(args) => maps(args),
     }?;
     Ok(Done::ok(match as_json {
@@ -300,7 +296,6 @@ fn on_a_sheet(pictures: &[Picture], columns: u32) -> Picture {
     sheet
 }
 
-/// Draws a picture.
 fn paint(canvas: &mut Painter, shot: &Shot, crowd: Option<&CrowdShot>) -> Result<Picture, Failure> {
     let pixels = canvas.paint(shot, crowd).map_err(failed)?;
     Ok(Picture::from_rgba(canvas.size(), &pixels))
