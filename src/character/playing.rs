@@ -17,6 +17,16 @@ pub(super) struct Playing {
     pub drift: Vec2,
 }
 
+/// How the root moves over the ground.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Momentum {
+    /// Speed, in metres per second.
+    pub speed: f32,
+    /// Horizontal acceleration now, and its maximum over the next moments, in metres per second squared.
+    pub acceleration: f32,
+    pub hardest: f32,
+}
+
 impl Playing {
     pub(super) fn new(motion: Motion) -> Self {
         Self {
@@ -40,40 +50,25 @@ impl Playing {
         from.distance(to) / PUSH_WINDOW
     }
 
-    /// Speed of the root over the ground, in metres per second, and its horizontal acceleration now and over the next moments, in metres per second
-    /// squared.
-    pub(super) fn momentum(&self, graph: &MotionGraph) -> (f32, f32) {
-        let window = PUSH_WINDOW * self.rate;
-        let root = |windows: f32| {
-            self.motion
-                .root(graph, self.seconds + windows * window)
-                .xz()
-        };
-        let [now, next, later] = [0.0, 1.0, 2.0].map(root);
-        let (speed, ahead) = (
-            now.distance(next) / PUSH_WINDOW,
-            acceleration([now, next, later]),
-        );
-        // What was played before a jump is not known any more.
-        if self.seconds < window {
-            return (speed, ahead);
-        }
-        (speed, ahead.max(acceleration([root(-1.0), now, next])))
-    }
-
-    /// The highest rate at which the root accelerates no harder than `limit` over the next moments, in metres per second squared.
-    pub(super) fn fastest(&self, graph: &MotionGraph, limit: f32) -> f32 {
+    /// How the root moves over the ground now and over the next moments.
+    pub(super) fn momentum(&self, graph: &MotionGraph) -> Momentum {
         /// Number of the places that are examined, from a window before on, each a window after the other.
         const PLACES: usize = 6;
-        let places: [Vec2; PLACES] = std::array::from_fn(|window| {
-            let seconds = self.seconds + (window as f32 - 1.0) * PUSH_WINDOW;
+        let window = PUSH_WINDOW * self.rate;
+        let places: [Vec2; PLACES] = std::array::from_fn(|at| {
+            let seconds = self.seconds + (at as f32 - 1.0) * window;
             self.motion.root(graph, seconds.max(0.0)).xz()
         });
-        let hardest = places
-            .windows(3)
-            .map(|way| acceleration([way[0], way[1], way[2]]))
-            .fold(0.0, f32::max);
-        (limit / hardest.max(0.01)).sqrt()
+        let ways = places.windows(3);
+        let accelerations = ways.map(|way| acceleration([way[0], way[1], way[2]]));
+        // What was played before a jump is not known any more.
+        let known = usize::from(self.seconds < window);
+        let ahead = accelerations.skip(known);
+        Momentum {
+            speed: places[1].distance(places[2]) / PUSH_WINDOW,
+            acceleration: ahead.clone().take(2 - known).fold(0.0, f32::max),
+            hardest: ahead.fold(0.0, f32::max),
+        }
     }
 
     /// Makes sure that the motion lasts for a step and the search after it.

@@ -17,7 +17,7 @@ mod table;
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use super::goal::{Aim, direction, heading_of, wrapped};
-use super::playing::Playing;
+use super::playing::{Momentum, Playing};
 use super::settings::SteerSettings;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Entry, Motion, Playhead};
@@ -390,7 +390,11 @@ impl Steering {
         const FASTER: f32 = 1.1;
         let (graph, settings) = (step.baked.graph(), step.settings);
         let playhead = playing.motion.playhead(graph, playing.seconds);
-        let (pace, acceleration) = playing.momentum(graph);
+        let Momentum {
+            speed: pace,
+            acceleration,
+            hardest,
+        } = playing.momentum(graph);
         let Some(moment) = self.table.at(graph, playhead) else {
             let spare = (self.table.limit - acceleration).max(0.0);
             let change = RATE_CHANGE.min(spare / pace.max(0.01)) * step.dt;
@@ -427,7 +431,7 @@ impl Steering {
         };
         let least = settings.slowest.max(1.0);
         if rate > least {
-            let fastest = playing.fastest(graph, FASTER * self.table.limit);
+            let fastest = playing.rate * (FASTER * self.table.limit / hardest.max(0.01)).sqrt();
             rate = rate.min(fastest.max(least));
         }
         let spare = (spare - turn.abs() * pace).max(0.0);
