@@ -174,7 +174,6 @@ fn graph(bytes: &[u8]) -> Result<BakedGraph, ArchiveFault> {
     restored.map_err(ArchiveFault::Contents)
 }
 
-/// Sections of a graph.
 type Sections<'a> = [&'a [u8]; BakedGraph::SECTIONS];
 
 /// The sections of a file and its attachment, once the checksum is compared.

@@ -158,7 +158,6 @@ impl Context {
         &self.limits
     }
 
-    /// Driver of the device.
     pub(crate) fn driver(&self) -> vk::DriverId {
         self.driver
     }

@@ -39,7 +39,6 @@ pub struct Culler {
     implementation: Box<dyn DevicePath>,
     /// For each slot, whether the commands of the cull that was recorded last upload the maps.
     uploads: Vec<bool>,
-    /// Number of regions of the atlas.
     regions: usize,
     max_candidates: u32,
     counts_exact: bool,

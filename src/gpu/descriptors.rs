@@ -12,7 +12,6 @@ pub struct DescriptorSets {
     /// The Vulkan object.
     pub layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
-    /// Kind of each binding.
     kinds: Vec<vk::DescriptorType>,
 }
 

@@ -252,7 +252,6 @@ impl Offer {
         offer
     }
 
-    /// Requirements that are not met.
     fn missing(&self) -> impl Iterator<Item = &'static Requirement> {
         let met: [bool; REQUIREMENTS.len()] = [
             self.version >= vk::API_VERSION_1_1,

@@ -57,7 +57,6 @@ pub(in crate::gpu) struct StencilPath {
 /// One cull in flight.
 #[derive(Debug, Default)]
 struct Slot {
-    /// Count of each query.
     counts: Counts,
     /// Candidate and part of each query.
     queries: Vec<(u32, Part)>,

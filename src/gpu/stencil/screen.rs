@@ -33,7 +33,6 @@ impl Place {
         [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)
     }
 
-    /// Instance of a disc of a map.
     pub(super) fn disc(self, disc: Disc, rect: MapRect) -> PlacedDisc {
         let Disc { x, z, radius } = disc.relative_to(-(self.x as i32), -(self.y as i32));
         PlacedDisc {
@@ -42,7 +41,6 @@ impl Place {
         }
     }
 
-    /// Instance of a whole map.
     pub(super) fn whole(self, rect: MapRect) -> PlacedDisc {
         PlacedDisc {
             disc: [0; 3],
@@ -58,7 +56,6 @@ pub(super) enum Shape {
     WholeMaps,
 }
 
-/// One draw.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     pub(super) shape: Shape,
@@ -79,7 +76,6 @@ impl Draws {
         self.instances.clear();
     }
 
-    /// Adds the discs of a frame.
     pub(super) fn discs<'a>(
         &mut self,
         members: impl Iterator<Item = (&'a Drawing, Place)>,
@@ -92,7 +88,6 @@ impl Draws {
         }
     }
 
-    /// Adds whole maps.
     pub(super) fn whole_maps<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>) {
         let placed = members.map(|(drawing, place)| place.whole(drawing.rect));
         self.instances.extend(placed);
@@ -160,7 +155,6 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    /// Size of the buffer of instances.
     pub(super) const INSTANCE_BYTES: usize = 1 << 20;
 
     /// Fills a default screen. After a failure, [`Screen::destroy`] frees what was created.

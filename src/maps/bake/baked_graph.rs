@@ -233,13 +233,11 @@ impl BakedGraph {
     }
 
     /// Jumps into evasions that need no edge, by moment.
-    #[must_use]
     pub(crate) fn entries(&self) -> &EntryTable {
         &self.entries
     }
 
     /// Stance of a body, for [`Stance::align`].
-    #[must_use]
     pub(crate) fn stance(&self, joints: &[JointTransform]) -> Stance {
         let found = || Facing::of(self.graph.skeleton());
         let facing = self.derived.stances.facing.unwrap_or_else(found);
@@ -247,7 +245,6 @@ impl BakedGraph {
     }
 
     /// Stance at an entry's target, in the space of its clip.
-    #[must_use]
     pub(crate) fn entry_stance(&self, target: usize) -> &Stance {
         &self.derived.stances.entries[target]
     }
@@ -280,7 +277,6 @@ impl BakedGraph {
     }
 
     /// Spheres of the body in the row layout of a [`BodyTrack`].
-    #[must_use]
     pub(crate) fn body_rows(&self) -> &BodyRows {
         &self.derived.body_rows
     }

@@ -37,7 +37,6 @@ pub struct Baker {
     graph: MotionGraph,
     body: Body,
     settings: BakeSettings,
-    /// Edges of all evasions.
     evasions: Vec<EdgeId>,
     attacks: Vec<EdgeId>,
     every_frame: Vec<Drawing>,
@@ -330,7 +329,6 @@ impl MomentShare {
     }
 }
 
-/// The edges of all events of a kind.
 fn edges_of(graph: &MotionGraph, kind: EventKind) -> Vec<EdgeId> {
     graph.edges_with(kind).map(|(edge, _)| edge).collect()
 }

@@ -42,8 +42,6 @@ impl EntryReport {
 }
 
 impl EntryTable {
-    /// Computes the statistics.
-    #[must_use]
     pub(crate) fn report(&self, graph: &MotionGraph) -> EntryReport {
         let mut report = EntryReport {
             entries: self.entries.len(),

@@ -40,7 +40,6 @@ pub(crate) struct ExitTarget {
     pub edge_frame: u32,
 }
 
-/// One entry of a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(C, packed)]
 pub(crate) struct KnownEntry {
@@ -83,31 +82,26 @@ impl KnownEntry {
     }
 
     /// Duration of an entry's blend, in seconds.
-    #[must_use]
     pub(crate) fn blend(self) -> f32 {
         BLENDS[usize::from(self.how & 3).min(BLENDS.len() - 1)]
     }
 
     /// Duration of an exit's blend, in seconds.
-    #[must_use]
     pub(crate) fn exit_blend(self) -> f32 {
         EXIT_BLENDS[usize::from(self.how & 3)]
     }
 
     /// Leg whose foot is kept in place, or `None` if the root is kept.
-    #[must_use]
     pub(crate) fn pin(self) -> Option<usize> {
         usize::from(self.how >> 2 & 15).checked_sub(1)
     }
 
     /// Fastest plausible playback rate.
-    #[must_use]
     pub(crate) fn fastest(self) -> f32 {
         RATES[usize::from(self.how >> 6).min(RATES.len() - 1)]
     }
 }
 
-/// Entries of all moments.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EntryTable {
     pub(crate) limits: MotionLimits,
@@ -137,15 +131,12 @@ impl EntryTable {
             .filter(|&target| of(target) == evasion)
     }
 
-    /// Whether the table is empty.
-    #[must_use]
     pub(crate) fn is_empty(&self) -> bool {
         self.entries.len() == 0
     }
 
     /// Entries, exits or layers of the moment that is nearest to a playhead, by their lists. In a transition the side with the larger weight
     /// determines the moment.
-    #[must_use]
     pub(crate) fn at<'t>(
         &self,
         lists: &'t MomentLists,
@@ -157,17 +148,14 @@ impl EntryTable {
     }
 
     /// Whether any moment has a layered evasion.
-    #[must_use]
     pub(crate) fn has_layers(&self) -> bool {
         self.layers.len() > 0
     }
 
-    /// The moments of a clip.
     pub(crate) fn moments_of(&self, clip: ClipId) -> Range<u32> {
         self.first_moment[clip.index()]..self.first_moment[clip.index() + 1]
     }
 
-    /// The moment that is nearest to a playhead.
     fn moment(&self, graph: &MotionGraph, playhead: Playhead) -> Option<u32> {
         if self.entries.moments() == 0 {
             return None;
@@ -188,7 +176,6 @@ impl EntryTable {
         Some(moments.start + nearest.min(last))
     }
 
-    /// Checks all indices.
     pub(crate) fn check(&self, graph: &MotionGraph, evasions: &[Evasion]) -> Result<(), String> {
         let moments_of = |clip: usize| {
             let frames = graph.clips()[clip].frames() as u32;
@@ -258,14 +245,10 @@ pub(crate) struct MomentLists {
 }
 
 impl MomentLists {
-    /// Number of moments.
-    #[must_use]
     pub(crate) fn moments(&self) -> usize {
         self.ends.len()
     }
 
-    /// Number of entries of all moments.
-    #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
     }
@@ -276,7 +259,6 @@ impl MomentLists {
         self.ends.push(self.entries.len() as u32);
     }
 
-    /// The list of a moment.
     pub(crate) fn list(&self, moment: u32) -> &[KnownEntry] {
         let moment = moment as usize;
         let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);

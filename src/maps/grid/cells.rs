@@ -42,7 +42,6 @@ impl CellColumn {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }
 
-    /// Bit of the cell at a height.
     #[inline(always)]
     pub(super) fn bit(height: f32, cell: f32) -> u32 {
         floor(height / cell)

@@ -34,7 +34,6 @@ impl PathOffset {
 #[derive(Clone, Debug, Default)]
 pub(in crate::maps) struct GridCells {
     cell: f32,
-    /// Cells of each evasion.
     evasions: Vec<OnceLock<VacatedKinds>>,
 }
 

@@ -93,7 +93,6 @@ impl BoundingCylinder {
         }
     }
 
-    /// Returns the cylinder transformed by `placement`.
     pub(crate) fn placed(self, placement: Rigid2) -> Self {
         let axis = placement.point(Vec3::new(self.axis.x, 0.0, self.axis.y));
         Self {
@@ -103,7 +102,6 @@ impl BoundingCylinder {
     }
 }
 
-/// The cylinders of all frames of all clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::maps) struct ClipCylinders {
     /// Cylinders of all clips, clip by clip.

@@ -56,7 +56,6 @@ pub struct AttackMove {
 /// Spheres of an attack over time: those of the attacking joints, of their descendants and of the
 /// props that they hold. There is one key for each frame, in the character's frame at the event's
 /// start. Time 0 is the start.
-#[must_use]
 pub(crate) fn attack_spheres(
     graph: &MotionGraph,
     body: &Body,

@@ -64,7 +64,6 @@ impl FixedTransform2 {
 
     /// Texel of the evasion's frame that contains a point of the attack's map, which is given in
     /// half texels.
-    #[must_use]
     #[inline(always)]
     pub(crate) fn half_texels(self, cu: i32, cv: i32) -> (i32, i32) {
         let (x, z) = self.start(cu, cv);
@@ -72,7 +71,6 @@ impl FixedTransform2 {
     }
 
     /// Fixed-point coordinates of a point of the attack's map, which is given in half texels.
-    #[must_use]
     #[inline(always)]
     pub(crate) fn start(self, cu: i32, cv: i32) -> (i32, i32) {
         (
@@ -92,7 +90,6 @@ impl FixedTransform2 {
     /// The same transform for attack texels as narrow as the evasion's, where the first of every
     /// `pitch` texels along each axis stands for a wide texel. The results are bit-identical.
     #[cfg(feature = "vulkan")]
-    #[must_use]
     pub(crate) fn with_narrow_texels(self, pitch: u32) -> Self {
         let pitch = pitch as i32;
         let (a, b) = (self.a / pitch, self.b / pitch);
@@ -105,7 +102,6 @@ impl FixedTransform2 {
     }
 
     /// Whether `placement` lies within the range that is not clamped.
-    #[must_use]
     pub(crate) fn keeps(placement: Rigid2, texel: f32) -> bool {
         placement.ground().abs().max_element() < 0.5 * Self::FAR * texel
     }

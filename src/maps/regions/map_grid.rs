@@ -234,7 +234,6 @@ impl MapGrid {
     }
 
     /// Disc of a sphere in a slab, cut and rounded according to `cut`.
-    #[must_use]
     pub(crate) fn cut(&self, sphere: Sphere, slab: Slab, cut: Cut) -> Option<Disc> {
         let Sphere { centre, radius } = sphere;
         let section = match cut {

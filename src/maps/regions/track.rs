@@ -26,7 +26,6 @@ pub struct BodyTrack {
     lead_in: usize,
     /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
     rows: Vec<f32>,
-    /// Number of intervals.
     intervals: usize,
     /// Bounding spheres of the whole body in each interval, as rows of x, y, z and radius. The last one is repeated 15 times.
     bounds: [Vec<f32>; 4],

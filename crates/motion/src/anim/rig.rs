@@ -11,7 +11,6 @@ pub struct Rig {
     spine: Vec<JointId>,
     /// Legs, then arms.
     limbs: [Option<Leg>; Self::LIMBS],
-    /// Part of each joint.
     parts: Vec<Part>,
 }
 

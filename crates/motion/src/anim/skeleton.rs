@@ -55,7 +55,6 @@ pub struct Skeleton {
     file: Option<Box<FileJoints>>,
 }
 
-/// A skeleton in files.
 #[derive(Serialize, Deserialize)]
 struct StoredSkeleton {
     joints: Vec<Joint>,

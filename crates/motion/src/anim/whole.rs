@@ -93,7 +93,6 @@ pub struct WholeSkeleton {
     file: FileJoints,
     body: Skeleton,
     facing: Facing,
-    /// For each joint, that of the body.
     own: Vec<Option<JointId>>,
 }
 

@@ -254,7 +254,6 @@ pub(super) fn clamped(share: f32) -> f32 {
     }
 }
 
-/// A clip as a lane plays it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneClip<'a> {
     pub(super) range: &'a ClipRange,

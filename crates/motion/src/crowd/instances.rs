@@ -20,7 +20,6 @@ pub struct Crowd {
     pub(super) animations: Arc<AnimationSet>,
     pub(super) settings: CrowdSettings,
     pub(super) pool: WorkerPool,
-    /// One scratch for each thread.
     pub(super) scratch: Vec<Mutex<Scratch>>,
     pub(super) states: Vec<CharacterState>,
     /// Group and lane of each character, as one number.

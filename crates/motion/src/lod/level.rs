@@ -141,7 +141,6 @@ impl Level {
         level
     }
 
-    /// Sets the attachments of all joints.
     pub(super) fn attach(&mut self, attachments: &[(JointId, Place)]) {
         let places = self.places(attachments.len());
         let attachment = |&(carrier, offset): &(JointId, Place)| Attachment {

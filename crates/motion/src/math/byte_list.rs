@@ -9,7 +9,6 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A value that is stored in `SIZE` bytes, the same ones on every machine.
 pub trait Bytes<const SIZE: usize>: Copy {
-    /// The bytes of the value.
     fn to_bytes(self) -> [u8; SIZE];
     /// The value with these bytes.
     fn from_bytes(bytes: [u8; SIZE]) -> Self;

@@ -118,7 +118,6 @@ pub(crate) fn weights<L: Lanes>(share: L) -> L::Words {
 /// instruction set.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moments {
-    /// Index of the group.
     pub(crate) group: usize,
     /// The interval of each character's own clip.
     pub(crate) interval: F32x16,

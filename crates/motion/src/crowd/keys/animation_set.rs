@@ -14,7 +14,6 @@ pub struct AnimationSet {
     pub(crate) keys: KeyBank,
     /// The joints of each level, and where their keys are; one entry for each level.
     pub(crate) banks: Vec<LevelClips>,
-    /// Range of keys of each clip.
     pub(crate) ranges: Vec<ClipRange>,
     /// Duration of each clip, in seconds.
     durations: Vec<f32>,
@@ -108,12 +107,10 @@ impl AnimationSet {
         self.bank(level).joints.len()
     }
 
-    /// The level that is played for `level`.
     fn bank(&self, level: LevelId) -> &LevelClips {
         &self.banks[level.min(self.last()).index()]
     }
 
-    /// The coarsest level.
     pub(crate) fn last(&self) -> LevelId {
         LevelId((self.banks.len() - 1) as u16)
     }

@@ -16,7 +16,6 @@ pub(crate) const MOST_LATE: usize = 16;
 /// The slot of a character that is in no group.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
-/// A lane of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Slot {
     pub(crate) group: usize,
@@ -24,7 +23,6 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
-    /// The slot with a number.
     pub(crate) fn from_number(number: u32) -> Self {
         let number = number as usize;
         Self {
@@ -113,7 +111,6 @@ pub(crate) struct GroupCold {
     pub(crate) fade: FadeLines,
 }
 
-/// One clip for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LaneRanges {
     /// For each lane, number of rows of all clips before the character's own.

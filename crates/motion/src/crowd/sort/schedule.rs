@@ -140,7 +140,6 @@ impl Schedule {
     }
 }
 
-/// Reserves memory for `count` items in all.
 fn reserve<T>(items: &mut Vec<T>, count: usize) {
     items.reserve(count.saturating_sub(items.len()));
 }
