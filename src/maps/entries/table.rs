@@ -3,7 +3,8 @@
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::entries::limits::MotionLimits;
 use crate::maps::regions::Evasion;
-use crate::math::byte_list::{self, Bytes};
+use crate::math::byte_list;
+use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -40,24 +41,12 @@ pub(crate) struct ExitTarget {
     pub edge_frame: u32,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Pod, Zeroable)]
 #[repr(C, packed)]
 pub(crate) struct KnownEntry {
     /// Index in [`EntryTable::targets`].
     pub target: u16,
     how: u8,
-}
-
-impl Bytes<3> for KnownEntry {
-    fn to_bytes(self) -> [u8; 3] {
-        let [low, high] = self.target.to_le_bytes();
-        [low, high, self.how]
-    }
-
-    fn from_bytes([low, high, how]: [u8; 3]) -> Self {
-        let target = u16::from_le_bytes([low, high]);
-        Self { target, how }
-    }
 }
 
 /// Blend, rate and pin with which a target is entered.
