@@ -78,24 +78,6 @@ impl Rigid2 {
         Vec2::new(self.x, self.z)
     }
 
-    /// `self` after `inner`: a point goes through `inner` first.
-    #[must_use]
-    #[inline]
-    pub fn then_inner(self, inner: Self) -> Self {
-        let (cos, sin) = (
-            self.cos * inner.cos - self.sin * inner.sin,
-            self.sin * inner.cos + self.cos * inner.sin,
-        );
-        let length = (cos * cos + sin * sin).sqrt();
-        let moved = self.point(Vec3::new(inner.x, 0.0, inner.z));
-        Self {
-            cos: cos / length,
-            sin: sin / length,
-            x: moved.x,
-            z: moved.z,
-        }
-    }
-
     /// The transform that undoes this one.
     #[must_use]
     pub fn inverse(self) -> Self {
@@ -149,7 +131,18 @@ impl std::ops::Mul for Rigid2 {
     /// `a * b` applies `b` first, as matrices do.
     #[inline]
     fn mul(self, inner: Self) -> Self {
-        self.then_inner(inner)
+        let (cos, sin) = (
+            self.cos * inner.cos - self.sin * inner.sin,
+            self.sin * inner.cos + self.cos * inner.sin,
+        );
+        let length = (cos * cos + sin * sin).sqrt();
+        let moved = self.point(Vec3::new(inner.x, 0.0, inner.z));
+        Self {
+            cos: cos / length,
+            sin: sin / length,
+            x: moved.x,
+            z: moved.z,
+        }
     }
 }
 
