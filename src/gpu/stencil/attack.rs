@@ -148,14 +148,14 @@ impl AttackMaps {
         self.passes.clear();
         let mut shelves = Shelves::default();
         for (index, map) in self.maps.iter_mut().enumerate() {
-            let place = shelves.place(map.rect, sides);
-            if place.is_none() || self.passes.is_empty() {
+            let (place, begins) = shelves.place(map.rect, sides);
+            map.place = place;
+            if begins {
                 self.passes.push(Pass {
                     maps: index..index,
                     used: [0; 2],
                 });
             }
-            map.place = place.unwrap_or_else(|| shelves.first(map.rect));
             if let Some(pass) = self.passes.last_mut() {
                 pass.maps.end = index + 1;
                 pass.used[0] = pass.used[0].max(map.place.x + map.rect.width);

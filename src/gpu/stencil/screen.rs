@@ -116,31 +116,20 @@ pub(super) struct Shelves {
 }
 
 impl Shelves {
-    /// Position for a map, or `None` if it does not fit the rest of a target of these columns and rows.
-    pub(super) fn place(&mut self, rect: MapRect, sides: [u32; 2]) -> Option<Place> {
+    /// Position for a map in a target of these columns and rows, and whether it begins a target: the first one, or the next where the map does
+    /// not fit the rest.
+    pub(super) fn place(&mut self, rect: MapRect, sides: [u32; 2]) -> (Place, bool) {
         if self.x + rect.width > sides[0] {
             (self.x, self.y, self.height) = (0, self.y + self.height, 0);
         }
-        if self.y + rect.height > sides[1] {
-            return None;
+        let begins = (self.x, self.y) == (0, 0) || self.y + rect.height > sides[1];
+        if begins {
+            *self = Self::default();
         }
-        let place = Place {
-            x: self.x,
-            y: self.y,
-        };
+        let (x, y) = (self.x, self.y);
         self.x += rect.width;
         self.height = self.height.max(rect.height);
-        Some(place)
-    }
-
-    /// Starts an empty target with a map.
-    pub(super) fn first(&mut self, rect: MapRect) -> Place {
-        *self = Self {
-            x: rect.width,
-            y: 0,
-            height: rect.height,
-        };
-        Place::default()
+        (Place { x, y }, begins)
     }
 }
 
