@@ -153,7 +153,6 @@ pub fn checksum(baked: &BakedGraph) -> Result<u32, postcard::Error> {
 }
 
 /// Whether the bytes start with the magic bytes of a baked file.
-#[must_use]
 pub fn is_baked(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }

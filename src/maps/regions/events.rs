@@ -15,7 +15,6 @@ pub struct RegionId(pub u32);
 
 impl RegionId {
     /// The id as an index into per-region arrays.
-    #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -34,7 +33,6 @@ pub struct Evasion {
 
 impl Evasion {
     /// Playhead at the evasion's start, whose world is the character's frame there.
-    #[must_use]
     pub fn playhead(&self) -> Playhead {
         Playhead {
             edge: self.edge,

@@ -56,7 +56,6 @@ impl FixedTransform2 {
     }
 
     /// Texel of the evasion's frame that contains the centre of texel `(u, v)` of the attack's map.
-    #[must_use]
     #[inline(always)]
     pub fn texel(self, u: i32, v: i32) -> (i32, i32) {
         self.half_texels(2 * u + 1, 2 * v + 1)
@@ -81,7 +80,6 @@ impl FixedTransform2 {
 
     /// Maximum error of a transformed texel centre for an attack map of this size, in sub-texels of
     /// that map. It comes from rounding the cosine, the sine and the translation.
-    #[must_use]
     pub fn error(width: u32, height: u32) -> f32 {
         let texels = (width + height + 1) as f32 / (1 << Self::SHIFT) as f32;
         texels * SUB_TEXELS as f32

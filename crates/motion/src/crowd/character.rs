@@ -33,7 +33,6 @@ impl Placement {
     };
 
     /// The position in the world, in metres.
-    #[must_use]
     pub fn position(&self) -> Vec3 {
         Vec3::new(self.ground.x, self.height, self.ground.z)
     }

@@ -68,7 +68,6 @@ impl Isa {
     }
 
     /// Whether this machine has the instruction set.
-    #[must_use]
     #[inline]
     pub fn is_available(self) -> bool {
         match self {
