@@ -153,7 +153,6 @@ pub fn checksum(baked: &BakedGraph) -> Result<u32, postcard::Error> {
 }
 
 /// Whether the bytes start with the magic bytes of a baked file.
-#[must_use]
 pub fn is_baked(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
@@ -174,7 +173,6 @@ fn graph(bytes: &[u8]) -> Result<BakedGraph, ArchiveFault> {
     restored.map_err(ArchiveFault::Contents)
 }
 
-/// Sections of a graph.
 type Sections<'a> = [&'a [u8]; BakedGraph::SECTIONS];
 
 /// The sections of a file and its attachment, once the checksum is compared.

@@ -53,7 +53,6 @@ impl GpuAllocatorMemory {
     }
 
     /// Number of blocks that have not been freed.
-    #[must_use]
     pub fn live_blocks(&self) -> usize {
         self.live.len()
     }

@@ -98,43 +98,36 @@ impl Context {
     }
 
     /// [`Context::with_callbacks`].
-    #[must_use]
     pub fn callbacks(&self) -> Option<&vk::AllocationCallbacks<'_>> {
         self.callbacks.as_ref()
     }
 
     /// The host's instance.
-    #[must_use]
     pub fn instance(&self) -> &ash::Instance {
         &self.instance
     }
 
     /// The host's device.
-    #[must_use]
     pub fn device(&self) -> &ash::Device {
         &self.device
     }
 
     /// The host's physical device.
-    #[must_use]
     pub fn physical_device(&self) -> vk::PhysicalDevice {
         self.physical_device
     }
 
     /// Family of the queue that runs the recorded commands.
-    #[must_use]
     pub fn queue_family(&self) -> u32 {
         self.queue_family
     }
 
     /// Which paths run with what the host has enabled.
-    #[must_use]
     pub fn report(&self) -> &Report {
         &self.report
     }
 
     /// Features that are used.
-    #[must_use]
     pub fn features(&self) -> Features {
         self.report.features
     }
@@ -148,7 +141,6 @@ impl Context {
     }
 
     /// Format of stencil targets; `UNDEFINED` if the device has none.
-    #[must_use]
     pub fn stencil_format(&self) -> vk::Format {
         self.report.stencil_format.unwrap_or_default()
     }
@@ -158,13 +150,11 @@ impl Context {
         &self.limits
     }
 
-    /// Driver of the device.
     pub(crate) fn driver(&self) -> vk::DriverId {
         self.driver
     }
 
     /// Maximum side of a stencil target, in texels.
-    #[must_use]
     pub fn max_target_side(&self) -> u32 {
         self.limits
             .max_image_dimension2_d

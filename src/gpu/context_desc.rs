@@ -105,7 +105,6 @@ pub unsafe fn raw_device(instance: &ash::Instance, device: u64) -> Result<ash::D
 }
 
 /// Converts the 64 bits of a `VkCommandBuffer` to a handle.
-#[must_use]
 pub fn command_buffer(raw: u64) -> vk::CommandBuffer {
     vk::CommandBuffer::from_raw(raw)
 }

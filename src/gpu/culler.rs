@@ -39,7 +39,6 @@ pub struct Culler {
     implementation: Box<dyn DevicePath>,
     /// For each slot, whether the commands of the cull that was recorded last upload the maps.
     uploads: Vec<bool>,
-    /// Number of regions of the atlas.
     regions: usize,
     max_candidates: u32,
     counts_exact: bool,
@@ -100,32 +99,27 @@ impl Culler {
     }
 
     /// The culling path.
-    #[must_use]
     pub fn path(&self) -> CullPath {
         self.path
     }
 
     /// Whether the numbers of an [`Overlap`] are exact counts. Without precise queries a number is 0 for no overlap and not 0 for some
     /// overlap, which is enough to remove candidates but not to score them.
-    #[must_use]
     pub fn counts_exact(&self) -> bool {
         self.counts_exact
     }
 
     /// Maximum number of candidates of a cull.
-    #[must_use]
     pub fn max_candidates(&self) -> u32 {
         self.max_candidates
     }
 
     /// Maximum number of culls in flight.
-    #[must_use]
     pub fn slots(&self) -> u32 {
         self.uploads.len() as u32
     }
 
     /// Parts of the overlaps that are counted.
-    #[must_use]
     pub fn counted(&self) -> Counted {
         self.counted
     }

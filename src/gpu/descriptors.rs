@@ -12,7 +12,6 @@ pub struct DescriptorSets {
     /// The Vulkan object.
     pub layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
-    /// Kind of each binding.
     kinds: Vec<vk::DescriptorType>,
 }
 
@@ -32,13 +31,10 @@ impl DescriptorSets {
         });
         let all: Vec<_> = all.collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&all);
+        let (device, callbacks) = (context.device(), context.callbacks());
         // SAFETY: the context's device is valid.
-        self.layout = unsafe {
-            context
-                .device()
-                .create_descriptor_set_layout(&info, context.callbacks())
-        }
-        .call("vkCreateDescriptorSetLayout")?;
+        self.layout = unsafe { device.create_descriptor_set_layout(&info, callbacks) }
+            .call("vkCreateDescriptorSetLayout")?;
         self.kinds = bindings.iter().map(|&(kind, _)| kind).collect();
         Ok(())
     }

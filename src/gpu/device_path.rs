@@ -29,7 +29,6 @@ pub(super) trait DevicePath: Debug + Send + Sync {
     /// As for [`Culler::record_batch`](super::Culler::record_batch); [`Self::write`] has filled the slots.
     unsafe fn record(&self, cmd: vk::CommandBuffer, slots: &[usize]);
 
-    /// Counts of the cull of a slot.
     fn counts(&self, slot: usize) -> &Counts;
 
     /// Number of words that the cull of a slot counts into.

@@ -105,7 +105,6 @@ pub enum GpuError {
 impl GpuError {
     /// Whether the host's device is lost, so that everything on it must be destroyed. After any other error, device and component remain
     /// usable.
-    #[must_use]
     pub fn is_device_lost(&self) -> bool {
         let lost = vk::Result::ERROR_DEVICE_LOST;
         matches!(self, Self::Call { result, .. } if *result == lost)

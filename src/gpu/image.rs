@@ -107,14 +107,11 @@ impl Image {
 
     /// Frees image, view and memory. The device must not use them any more.
     pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        let (device, callbacks) = (context.device(), context.callbacks());
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
-            context
-                .device()
-                .destroy_image_view(self.view, context.callbacks());
-            context
-                .device()
-                .destroy_image(self.handle, context.callbacks());
+            device.destroy_image_view(self.view, callbacks);
+            device.destroy_image(self.handle, callbacks);
         }
         (self.view, self.handle) = (vk::ImageView::null(), vk::Image::null());
         if let Some(block) = self.block.take() {

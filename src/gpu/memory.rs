@@ -44,7 +44,6 @@ pub enum Resource {
 
 impl Resource {
     /// Whether the resource is linear, for allocators that separate both kinds (`bufferImageGranularity`).
-    #[must_use]
     pub fn is_linear(self) -> bool {
         matches!(self, Self::Buffer(_))
     }

@@ -160,14 +160,11 @@ impl Pipeline {
 
     /// Frees pipeline and layout. The device must no longer use them.
     pub(crate) fn destroy(&mut self, context: &Context) {
+        let (device, callbacks) = (context.device(), context.callbacks());
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
-            context
-                .device()
-                .destroy_pipeline(self.handle, context.callbacks());
-            context
-                .device()
-                .destroy_pipeline_layout(self.layout, context.callbacks());
+            device.destroy_pipeline(self.handle, callbacks);
+            device.destroy_pipeline_layout(self.layout, callbacks);
         }
         *self = Self::default();
     }

@@ -36,7 +36,6 @@ impl Requirement {
     }
 
     /// Whether any path cannot run without it.
-    #[must_use]
     pub fn is_required(&self) -> bool {
         !self.needed_by.is_empty()
     }
@@ -72,7 +71,6 @@ const REQUIREMENTS: [Requirement; 10] = [
 /// divided (dispatches by `maxComputeWorkGroupCount`, maps of the compute path by `maxStorageBufferRange`, large attacks and many queries of
 /// the stencil path by further renderings), or refused by name
 /// ([`GpuError::Limit`](super::GpuError::Limit): maps of the stencil path above `maxStorageBufferRange`).
-#[must_use]
 pub fn requirements() -> &'static [Requirement] {
     &REQUIREMENTS
 }
@@ -107,7 +105,6 @@ pub struct PathReport {
 
 impl PathReport {
     /// Whether the path runs.
-    #[must_use]
     pub fn runs(&self) -> bool {
         self.lacks.is_empty()
     }
@@ -115,13 +112,11 @@ impl PathReport {
 
 impl Report {
     /// Whether any path runs.
-    #[must_use]
     pub fn is_usable(&self) -> bool {
         self.stencil.runs() || self.compute.runs()
     }
 
     /// The report of a path; `None` for a path that needs no device.
-    #[must_use]
     pub fn path(&self, path: CullPath) -> Option<&PathReport> {
         match path {
             CullPath::Stencil => Some(&self.stencil),
@@ -131,7 +126,6 @@ impl Report {
     }
 
     /// Names of all missing requirements of both paths, in the order of [`requirements`].
-    #[must_use]
     pub fn missing(&self) -> Vec<&'static str> {
         let paths = [&self.stencil, &self.compute];
         let names = REQUIREMENTS.iter().map(|one| one.name);
@@ -161,7 +155,6 @@ const EXTENSIONS: [&CStr; 5] = [
 ///
 /// # Safety
 /// `physical_device` belongs to `instance`, and both are valid. `api_version` is the `apiVersion` that the instance was created with.
-#[must_use]
 pub unsafe fn check(
     instance: &ash::Instance,
     physical_device: vk::PhysicalDevice,
@@ -175,7 +168,6 @@ pub unsafe fn check(
 ///
 /// # Safety
 /// The instance and the physical device of `desc` are as for [`check`]. Its device is not used.
-#[must_use]
 pub unsafe fn check_enabled(desc: &ContextDesc<'_>) -> Report {
     let (instance, physical_device) = (desc.instance, desc.physical_device);
     // SAFETY: the caller vouches for both handles.
@@ -252,7 +244,6 @@ impl Offer {
         offer
     }
 
-    /// Requirements that are not met.
     fn missing(&self) -> impl Iterator<Item = &'static Requirement> {
         let met: [bool; REQUIREMENTS.len()] = [
             self.version >= vk::API_VERSION_1_1,

@@ -34,13 +34,9 @@ impl DeviceMemory<'_> {
             .size(size)
             .usage(desc.usage)
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        let (device, callbacks) = (self.context.device(), self.context.callbacks());
         // SAFETY: the context's device is valid, and the description is complete.
-        let handle = unsafe {
-            self.context
-                .device()
-                .create_buffer(&info, self.context.callbacks())
-        }
-        .call("vkCreateBuffer")?;
+        let handle = unsafe { device.create_buffer(&info, callbacks) }.call("vkCreateBuffer")?;
         self.context.name(handle, desc.name);
         let mut buffer = Buffer {
             handle,
@@ -126,12 +122,9 @@ impl Buffer {
 
     /// Frees buffer and memory. The device must not use them any more.
     pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        let (device, callbacks) = (context.device(), context.callbacks());
         // SAFETY: the handle is null or was made from this device, and the caller knows that the device is done with it.
-        unsafe {
-            context
-                .device()
-                .destroy_buffer(self.handle, context.callbacks())
-        };
+        unsafe { device.destroy_buffer(self.handle, callbacks) };
         self.handle = vk::Buffer::null();
         if let Some(block) = self.block.take() {
             memory.free(block);

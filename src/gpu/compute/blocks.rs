@@ -24,7 +24,6 @@ const BLOCK: usize = 2;
 /// Number of blocks that a shader filters together, one bit each.
 const BATCH: usize = 32;
 
-/// The planes of one clock in a chunk.
 #[derive(Clone, Debug)]
 struct ClockPlanes {
     clock: u32,
@@ -52,9 +51,7 @@ pub(super) struct Blocks {
     planes: Vec<Plane>,
     blocks: Vec<[u32; BLOCK]>,
     shape: Shape,
-    /// Number of slices of the maps.
     slices: u32,
-    /// Scratch: the plane of one slice.
     slice: PlaneBits,
     /// Scratch: the union of the planes of all slices.
     all: PlaneBits,
@@ -188,7 +185,6 @@ impl Blocks {
         }
     }
 
-    /// The planes of a clock in a chunk.
     pub(super) fn planes_of(&self, chunk: u32, clock: u32) -> Range<u32> {
         let mut clocks = self.clocks.iter();
         let found = clocks.find(|one| (one.chunk, one.clock) == (chunk, clock));
@@ -201,7 +197,6 @@ impl Blocks {
         planes.max().unwrap_or(0)
     }
 
-    /// Number of chunks of this attack.
     pub(super) fn chunks(&self) -> u32 {
         (self.words.len() / CHUNK) as u32
     }

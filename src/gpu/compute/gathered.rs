@@ -18,7 +18,6 @@ use crate::{
 /// Number of candidates of a work group, one for each invocation: `local_size_x` in `shaders/count.comp.glsl`.
 const GROUP: usize = 32;
 
-/// Capacity of a culler.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capacity {
     pub(super) candidates: u32,
@@ -127,7 +126,6 @@ impl Gathered {
         Ok(())
     }
 
-    /// Push constants of the shader.
     pub(super) fn constants(&self) -> CountCandidates {
         CountCandidates {
             first: 0,

@@ -14,7 +14,6 @@ use crate::{
     math::in_parallel,
 };
 
-/// Number of words of a window.
 const WINDOW: u32 = 5;
 /// Stride of strips, in columns.
 const STRIDE: u32 = 8;
@@ -48,7 +47,6 @@ pub(super) struct Planes {
     pub(super) grid: MapGrid,
 }
 
-/// Maximum size of a page.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PageLimit {
     /// Name of the setting or the device limit that sets the maximum, for errors.
@@ -56,7 +54,6 @@ pub(super) struct PageLimit {
     pub(super) bytes: u64,
 }
 
-/// Layout of the bits of a plane.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     /// Index of the plane's first word, counted from the region's first entry.
@@ -207,7 +204,6 @@ impl RegionLayout {
     }
 }
 
-/// Draws a map into the planes of its slices.
 fn draw_slices(map: &MaskMap, planes: &[Option<Plane>], words: &mut [u32]) {
     let (rect, lanes) = (map.rect(), map.lanes().max(1));
     for (texel, mask) in (0..).zip(map.masks().chunks_exact(lanes)) {
@@ -237,7 +233,6 @@ impl Plane {
     }
 }
 
-/// Number of planes of a slab.
 pub(super) fn planes_of_slab(slices: u32) -> u32 {
     2 * slices + 1
 }

@@ -25,7 +25,6 @@ pub(super) const SIDE: u32 = AttackDrawing::MAX_SIDE;
 /// Columns are a multiple of this, because devices draw in tiles.
 const TILE: u32 = 64;
 
-/// Kind of a map of the attack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     /// Inner discs of one slice, against body maps.
@@ -58,7 +57,6 @@ pub(super) struct AttackMap {
     /// Rectangle relative to that of the attack.
     pub(super) rect: MapRect,
     pub(super) place: Place,
-    /// Range in [`AttackDrawing::discs`].
     discs: Range<u32>,
 }
 
@@ -102,7 +100,6 @@ impl AttackMaps {
         Ok(())
     }
 
-    /// Adds the maps of one kind.
     fn find(&mut self, attack: &AttackDrawing, kind: Kind, slices: u32) {
         let whole = MapRect {
             u: 0,
@@ -151,14 +148,14 @@ impl AttackMaps {
         self.passes.clear();
         let mut shelves = Shelves::default();
         for (index, map) in self.maps.iter_mut().enumerate() {
-            let place = shelves.place(map.rect, sides);
-            if place.is_none() || self.passes.is_empty() {
+            let (place, begins) = shelves.place(map.rect, sides);
+            map.place = place;
+            if begins {
                 self.passes.push(Pass {
                     maps: index..index,
                     used: [0; 2],
                 });
             }
-            map.place = place.unwrap_or_else(|| shelves.first(map.rect));
             if let Some(pass) = self.passes.last_mut() {
                 pass.maps.end = index + 1;
                 pass.used[0] = pass.used[0].max(map.place.x + map.rect.width);
@@ -167,7 +164,6 @@ impl AttackMaps {
         }
     }
 
-    /// The draws of the maps of a pass.
     pub(super) fn draw(&self, attack: &AttackDrawing, pass: &Pass, out: &mut Draws) {
         for map in &self.maps[pass.maps.clone()] {
             let discs = &attack.discs[map.discs.start as usize..map.discs.end as usize];

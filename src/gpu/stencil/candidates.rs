@@ -39,7 +39,6 @@ pub(super) struct Query {
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     pub(super) attack: AttackMaps,
-    /// Draws of the attack in each pass.
     pub(super) draws: Vec<Draws>,
     pub(super) maps: Vec<PlacedMap>,
     /// Queries, pass by pass.

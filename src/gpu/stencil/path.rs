@@ -57,7 +57,6 @@ pub(in crate::gpu) struct StencilPath {
 /// One cull in flight.
 #[derive(Debug, Default)]
 struct Slot {
-    /// Count of each query.
     counts: Counts,
     /// Candidate and part of each query.
     queries: Vec<(u32, Part)>,
@@ -101,19 +100,14 @@ impl StencilPath {
         let info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::OCCLUSION)
             .query_count(MOST_QUERIES);
+        let (vulkan, callbacks) = (context.device(), context.callbacks());
         // SAFETY: the context's device is valid.
-        self.pool = unsafe {
-            context
-                .device()
-                .create_query_pool(&info, context.callbacks())
-        }
-        .call("vkCreateQueryPool")?;
+        self.pool =
+            unsafe { vulkan.create_query_pool(&info, callbacks) }.call("vkCreateQueryPool")?;
         context.name(self.pool, &format!("{name}: queries"));
+        let words = most_queries(desc.max_candidates);
         for slot in 0..desc.frames_in_flight.max(1) {
-            let (name, words) = (
-                format!("{name}: counts {slot}"),
-                most_queries(desc.max_candidates),
-            );
+            let name = format!("{name}: counts {slot}");
             self.slots.push(Slot {
                 counts: Counts::new(&mut device, &name, words, vk::BufferUsageFlags::empty())?,
                 queries: Vec::new(),
@@ -287,12 +281,9 @@ impl DevicePath for StencilPath {
         for slot in &mut self.slots {
             slot.counts.destroy(context, memory);
         }
+        let (device, callbacks) = (context.device(), context.callbacks());
         // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
-        unsafe {
-            context
-                .device()
-                .destroy_query_pool(self.pool, context.callbacks())
-        };
+        unsafe { device.destroy_query_pool(self.pool, callbacks) };
         self.candidates.destroy(context);
         self.screen.destroy(context, memory);
         self.maps.destroy(context, memory);

@@ -147,13 +147,10 @@ impl Rasterizer {
         let mut shelves = Shelves::default();
         for index in order {
             let rect = drawings[index].rect;
-            let place = match shelves.place(rect, [self.side; 2]) {
-                Some(place) if !batches.is_empty() => place,
-                _ => {
-                    batches.push(Batch::default());
-                    shelves.first(rect)
-                }
-            };
+            let (place, begins) = shelves.place(rect, [self.side; 2]);
+            if begins {
+                batches.push(Batch::default());
+            }
             if let Some(batch) = batches.last_mut() {
                 batch.members.push((index, place));
                 batch.used[0] = batch.used[0].max(place.x + rect.width);

@@ -33,7 +33,6 @@ impl Place {
         [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)
     }
 
-    /// Instance of a disc of a map.
     pub(super) fn disc(self, disc: Disc, rect: MapRect) -> PlacedDisc {
         let Disc { x, z, radius } = disc.relative_to(-(self.x as i32), -(self.y as i32));
         PlacedDisc {
@@ -42,7 +41,6 @@ impl Place {
         }
     }
 
-    /// Instance of a whole map.
     pub(super) fn whole(self, rect: MapRect) -> PlacedDisc {
         PlacedDisc {
             disc: [0; 3],
@@ -58,7 +56,6 @@ pub(super) enum Shape {
     WholeMaps,
 }
 
-/// One draw.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     pub(super) shape: Shape,
@@ -79,7 +76,6 @@ impl Draws {
         self.instances.clear();
     }
 
-    /// Adds the discs of a frame.
     pub(super) fn discs<'a>(
         &mut self,
         members: impl Iterator<Item = (&'a Drawing, Place)>,
@@ -92,7 +88,6 @@ impl Draws {
         }
     }
 
-    /// Adds whole maps.
     pub(super) fn whole_maps<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>) {
         let placed = members.map(|(drawing, place)| place.whole(drawing.rect));
         self.instances.extend(placed);
@@ -121,31 +116,20 @@ pub(super) struct Shelves {
 }
 
 impl Shelves {
-    /// Position for a map, or `None` if it does not fit the rest of a target of these columns and rows.
-    pub(super) fn place(&mut self, rect: MapRect, sides: [u32; 2]) -> Option<Place> {
+    /// Position for a map in a target of these columns and rows, and whether it begins a target: the first one, or the next where the map does
+    /// not fit the rest.
+    pub(super) fn place(&mut self, rect: MapRect, sides: [u32; 2]) -> (Place, bool) {
         if self.x + rect.width > sides[0] {
             (self.x, self.y, self.height) = (0, self.y + self.height, 0);
         }
-        if self.y + rect.height > sides[1] {
-            return None;
+        let begins = (self.x, self.y) == (0, 0) || self.y + rect.height > sides[1];
+        if begins {
+            *self = Self::default();
         }
-        let place = Place {
-            x: self.x,
-            y: self.y,
-        };
+        let (x, y) = (self.x, self.y);
         self.x += rect.width;
         self.height = self.height.max(rect.height);
-        Some(place)
-    }
-
-    /// Starts an empty target with a map.
-    pub(super) fn first(&mut self, rect: MapRect) -> Place {
-        *self = Self {
-            x: rect.width,
-            y: 0,
-            height: rect.height,
-        };
-        Place::default()
+        (Place { x, y }, begins)
     }
 }
 
@@ -160,7 +144,6 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    /// Size of the buffer of instances.
     pub(super) const INSTANCE_BYTES: usize = 1 << 20;
 
     /// Fills a default screen. After a failure, [`Screen::destroy`] frees what was created.

@@ -68,51 +68,43 @@ impl BakedGraph {
     }
 
     /// The motion graph.
-    #[must_use]
     pub fn graph(&self) -> &MotionGraph {
         &self.graph
     }
 
     /// The largest horizontal acceleration of the body's centre of mass over a tenth of a second that an answer's motion may have, learnt from
     /// the clips, in metres per second squared.
-    #[must_use]
     pub fn push_limit(&self) -> f32 {
         self.push_limit
     }
 
     /// Spheres and props of the body.
-    #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }
 
     /// Maps of all evasions and attacks.
-    #[must_use]
     pub fn atlas(&self) -> &RegionAtlas {
         &self.atlas
     }
 
     /// Allowed rate changes of an edge.
-    #[must_use]
     pub fn retimable(&self, edge: EdgeId) -> Retimable {
         self.retimable[edge.index()]
     }
 
     /// All evasions, sorted by edge.
-    #[must_use]
     pub fn evasions(&self) -> &[Evasion] {
         &self.evasions
     }
 
     /// All attacks, sorted by edge.
-    #[must_use]
     pub fn attack_moves(&self) -> &[AttackMove] {
         &self.attack_moves
     }
 
     /// Spheres of an attack over time, in the character's frame at the attack's start. Time 0 is
     /// the start.
-    #[must_use]
     pub fn attack_spheres(&self, attack: &AttackMove) -> Vec<MovingSphere> {
         let spheres = |event| attack_spheres(&self.graph, &self.body, self.graph.event(event));
         let event = self.graph.edge(attack.edge).event;
@@ -129,13 +121,11 @@ impl BakedGraph {
     }
 
     /// Paths from each node to evasions.
-    #[must_use]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
     /// The cells that the body vacates when it takes a path.
-    #[must_use]
     pub fn grid(&self) -> Grid<'_> {
         Grid {
             cells: &self.derived.grid,
@@ -147,14 +137,12 @@ impl BakedGraph {
     }
 
     /// Body spheres before, during and after an evasion, by its index in [`BakedGraph::evasions`].
-    #[must_use]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
         let tracks = &self.derived.tracks;
         tracks.get(&self.graph, &self.body, &self.evasions, evasion)
     }
 
     /// Entries into evasions at a moment of a motion, at playback rate 1.
-    #[must_use]
     pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let stance = self.stance_at(motion, seconds);
         let known = self.known_entries(motion.playhead(&self.graph, seconds));
@@ -174,7 +162,6 @@ impl BakedGraph {
 
     /// Exits back into natural motion at a moment of a motion, also inside an evasion or an attack. The exit that changes the motion least
     /// comes first. Play one with [`Motion::enter`].
-    #[must_use]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let stance = self.stance_at(motion, seconds);
         let playhead = motion.playhead(&self.graph, seconds);
@@ -215,31 +202,26 @@ impl BakedGraph {
     }
 
     /// Whether an evasion can be entered from a moment of the graph.
-    #[must_use]
     pub fn has_entries_at(&self, playhead: Playhead) -> bool {
         !self.known_entries(playhead).is_empty()
     }
 
     /// Maximum angular speed of each joint in an entry, in radians per second.
-    #[must_use]
     pub fn entry_joint_speeds(&self) -> &[f32] {
         &self.entries.limits.joint_speed
     }
 
     /// Statistics of the entries.
-    #[must_use]
     pub fn entry_report(&self) -> EntryReport {
         self.entries.report(&self.graph)
     }
 
     /// Jumps into evasions that need no edge, by moment.
-    #[must_use]
     pub(crate) fn entries(&self) -> &EntryTable {
         &self.entries
     }
 
     /// Stance of a body, for [`Stance::align`].
-    #[must_use]
     pub(crate) fn stance(&self, joints: &[JointTransform]) -> Stance {
         let found = || Facing::of(self.graph.skeleton());
         let facing = self.derived.stances.facing.unwrap_or_else(found);
@@ -247,13 +229,11 @@ impl BakedGraph {
     }
 
     /// Stance at an entry's target, in the space of its clip.
-    #[must_use]
     pub(crate) fn entry_stance(&self, target: usize) -> &Stance {
         &self.derived.stances.entries[target]
     }
 
     /// Evasion that plays on an edge, or `None` if the edge is not an evasion.
-    #[must_use]
     pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
         let index = self
             .evasions
@@ -262,13 +242,11 @@ impl BakedGraph {
     }
 
     /// Maximum distance of any part of the body from the root joint, in metres.
-    #[must_use]
     pub fn reach(&self) -> f32 {
         self.derived.reach
     }
 
     /// Number of texels in an evasion map, which is the most that an attack can cover there.
-    #[must_use]
     pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
         let first = self.atlas.region(region).first_slab;
         let texels = &self.derived.evasion_texels[region.index()];
@@ -280,7 +258,6 @@ impl BakedGraph {
     }
 
     /// Spheres of the body in the row layout of a [`BodyTrack`].
-    #[must_use]
     pub(crate) fn body_rows(&self) -> &BodyRows {
         &self.derived.body_rows
     }
@@ -293,14 +270,12 @@ impl BakedGraph {
 
     /// Character's frame (root on the ground, facing +Z) at a node, in the space of the node's
     /// clip.
-    #[must_use]
     pub fn placement(&self, node: NodeId) -> Rigid2 {
         self.derived.placements[node.index()]
     }
 
     /// Share of the frames of all clips from which an evasion can start within `seconds`, at rate
     /// 1.
-    #[must_use]
     pub fn responsive_share(&self, seconds: f64) -> f64 {
         let limit = seconds * self.graph.frame_rate();
         let waits = frames_to_evasion(&self.graph, &self.evasions);

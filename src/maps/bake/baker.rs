@@ -37,7 +37,6 @@ pub struct Baker {
     graph: MotionGraph,
     body: Body,
     settings: BakeSettings,
-    /// Edges of all evasions.
     evasions: Vec<EdgeId>,
     attacks: Vec<EdgeId>,
     every_frame: Vec<Drawing>,
@@ -112,7 +111,6 @@ impl Baker {
 
     /// Drawings for [`raster::every_frame`] or its GPU counterpart. Each evasion has, slab by slab,
     /// one drawing of the whole evasion and, if the maps are timed, one of each slice.
-    #[must_use]
     pub fn every_frame_drawings(&self) -> &[Drawing] {
         &self.every_frame
     }
@@ -120,13 +118,11 @@ impl Baker {
     /// Drawings for [`raster::any_frame`] or its GPU counterpart. They hold, slab by slab,
     /// everything that the body may touch in each slice of an evasion, and everything that an
     /// attack passes.
-    #[must_use]
     pub fn any_frame_drawings(&self) -> &[Drawing] {
         &self.any_frame
     }
 
     /// Draws all maps on the CPU.
-    #[must_use]
     pub fn draw_on_cpu(&self) -> DrawnMaps {
         let _span = tracing::trace_span!("bake: draw maps").entered();
         let threads = self.settings.threads;
@@ -330,7 +326,6 @@ impl MomentShare {
     }
 }
 
-/// The edges of all events of a kind.
 fn edges_of(graph: &MotionGraph, kind: EventKind) -> Vec<EdgeId> {
     graph.edges_with(kind).map(|(edge, _)| edge).collect()
 }

@@ -54,7 +54,6 @@ pub(super) struct EventDrawings {
     pub any_frame: (Vec<Part>, Vec<Drawing>),
 }
 
-/// A range of slabs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlabRange {
     /// Lowest slab.

@@ -13,7 +13,6 @@ use crate::math::Rigid2;
 use crate::math::parallel::both;
 
 impl BakedGraph {
-    /// Number of parts.
     pub(crate) const SECTIONS: usize = MotionGraph::SECTIONS + 5;
 
     /// Serializes the parts of the graph.

@@ -49,7 +49,6 @@ struct Offsets {
     feet: Vec<FootDecay>,
 }
 
-/// The test of one cut.
 pub(crate) struct CutTest<'a> {
     cut: Cut<'a>,
     examiner: &'a mut Examiner,
@@ -129,7 +128,6 @@ impl CutTest<'_> {
             && self.toes_fit(frames + 2)
     }
 
-    /// Allocates the poses of `frames` frames.
     fn make_poses(&mut self, frames: usize) {
         let joints = self.skeleton().len();
         let poses = &mut self.examiner.poses;
@@ -193,7 +191,6 @@ impl CutTest<'_> {
         fit
     }
 
-    /// The step of a joint to the cut, and the limits of the joint.
     fn steps(&self, joint: JointId) -> (JointSteps, JointLimits) {
         let turn = self.cut.left.turns[joint.index()];
         let steps = JointSteps {
@@ -375,7 +372,6 @@ impl CutTest<'_> {
         }
     }
 
-    /// Position of the head in a frame.
     pub(crate) fn head(&mut self, frame: usize) -> Vec3 {
         if frame < 2 {
             return self.back.point(self.cut.left.frames[frame].head);
@@ -415,7 +411,6 @@ fn small_turn(rotation: Quat) -> Vec3 {
     vector * (2.0 * share).copysign(rotation.w)
 }
 
-/// The limits of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointLimits {
     /// Square of the largest rotation angle between two frames, in radians.

@@ -122,7 +122,6 @@ impl<'a> Goals<'a> {
         }
     }
 
-    /// Searches a share of all moments.
     fn search(
         &self,
         share: MomentShare,
@@ -189,13 +188,11 @@ pub struct MomentShare {
 pub struct EntryShare(pub(crate) Vec<MomentFound>);
 
 impl MomentShare {
-    /// All moments.
     pub(crate) const ALL: Self = Self { index: 0, of: 1 };
 
     /// Number of moments of a batch. They share scratch.
     const BATCH: usize = 64;
 
-    /// The batches of the share.
     fn batches<T>(self, moments: &[T]) -> impl Iterator<Item = &[T]> {
         moments
             .chunks(Self::BATCH)

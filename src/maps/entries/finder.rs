@@ -66,7 +66,6 @@ pub(crate) struct Finder<'a> {
 
 /// A frame of a clip that cuts start from: data by which targets are aligned, and the motion around it.
 pub(crate) struct Departed {
-    /// The frame before the cut.
     pub(crate) before: ClipFrame,
     stance: Stance,
     standing: Vec<bool>,
@@ -224,10 +223,8 @@ impl Points {
     }
 }
 
-/// Alignment of a target.
 #[derive(Clone, Copy)]
 pub(crate) struct Aligned {
-    /// Index of the target.
     pub(crate) target: usize,
     pub(crate) pin: Option<usize>,
     pub(crate) align: Rigid2,

@@ -48,7 +48,6 @@ impl Frame {
         }
     }
 
-    /// Positions of the toes.
     pub(crate) fn toes(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.feet.iter().map(|leg| leg.at_toe.translation)
     }
@@ -90,7 +89,6 @@ impl<'a> FrameSampler<'a> {
         self.motion.extend(self.graph, seconds);
     }
 
-    /// The pose `frame` frames after the start.
     fn pose_after(&mut self, start: Playhead, frame: usize) -> Pose {
         let place = self.place_after(start, frame);
         self.pose(frame as f32 / self.graph.frame_rate() as f32, place)

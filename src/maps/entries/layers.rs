@@ -16,7 +16,6 @@ const LEANS: f32 = 0.12;
 
 /// The evasions that can be layered, and the limits of motion.
 pub(crate) struct LayerSource {
-    /// Evasion of each target.
     evasions: Vec<u16>,
     /// Poses of the clip from each target on, for each playback rate. Empty for evasions that cannot be layered.
     wanted: Vec<[Vec<Pose>; RATES.len()]>,
@@ -142,7 +141,6 @@ impl Finder<'_> {
 pub(crate) struct LayerTest<'a> {
     graph: &'a MotionGraph,
     rate: f32,
-    /// Joints from the root to the head.
     head_chain: Vec<JointId>,
     /// Joints with limits that a layer moves, without the spine.
     free: Vec<JointId>,
@@ -286,7 +284,6 @@ impl<'a> LayerTest<'a> {
         })
     }
 
-    /// Computes the rotations of the spine in a frame.
     fn bend_spine(&mut self, layered: Layered<'_>, frame: usize) {
         let joints = self.graph.skeleton().len();
         if self.poses.len() <= frame {

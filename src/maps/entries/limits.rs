@@ -85,7 +85,6 @@ pub(crate) fn limited(skeleton: &Skeleton) -> Vec<bool> {
 
 impl MotionLimits {
     /// Whether the limits fit a skeleton. It checks limits that come from a file.
-    #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let lists: [&[f32]; 5] = [
             &self.joint_speed,
@@ -145,8 +144,6 @@ pub(crate) struct MeasuredMotion {
 }
 
 impl MeasuredMotion {
-    /// Measures all clips of a graph.
-    #[must_use]
     pub(crate) fn new(graph: &MotionGraph, threads: usize) -> Self {
         let clips = graph.clips();
         let nothing = Self::nothing(details(graph.skeleton()));
@@ -220,7 +217,6 @@ impl MeasuredMotion {
     }
 
     /// The limits at some percentiles; infinity for joints without limits.
-    #[must_use]
     pub(crate) fn limits(&mut self, plausible: Plausibility) -> MotionLimits {
         let joints = self.details.len();
         let departures = 2 * joints..2 * joints + 2 * DEPARTURES.len();

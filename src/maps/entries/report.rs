@@ -35,15 +35,12 @@ pub struct EntryReport {
 
 impl EntryReport {
     /// Share of the moments that have an entry, 0 if there are no moments.
-    #[must_use]
     pub fn share(&self) -> f64 {
         self.entered as f64 / self.moments.max(1) as f64
     }
 }
 
 impl EntryTable {
-    /// Computes the statistics.
-    #[must_use]
     pub(crate) fn report(&self, graph: &MotionGraph) -> EntryReport {
         let mut report = EntryReport {
             entries: self.entries.len(),

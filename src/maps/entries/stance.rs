@@ -25,7 +25,6 @@ impl Stance {
     pub(crate) const LEGS: usize = 4;
 
     /// Stance of a body, in the space of `joints`.
-    #[must_use]
     pub(crate) fn from_joints(
         graph: &MotionGraph,
         facing: Facing,
@@ -46,7 +45,6 @@ impl Stance {
     }
 
     /// Stance at a frame of a clip, in the clip's space.
-    #[must_use]
     pub(crate) fn at_frame(graph: &MotionGraph, facing: Facing, at: Node) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         graph.clip(at.clip).pose(at.frame as usize, &mut pose);
@@ -56,7 +54,6 @@ impl Stance {
 
     /// Transform from the space of `target` to that of this stance that makes the facing directions equal and the positions of a foot (or,
     /// without one, of the root) equal.
-    #[must_use]
     pub(crate) fn align(&self, target: &Self, pin: Option<usize>) -> Rigid2 {
         let place =
             |stance: &Self| pin.map_or(stance.root, |leg| stance.toes[leg.min(Self::LEGS - 1)]);

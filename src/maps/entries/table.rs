@@ -3,7 +3,8 @@
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::entries::limits::MotionLimits;
 use crate::maps::regions::Evasion;
-use crate::math::byte_list::{self, Bytes};
+use crate::math::byte_list;
+use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -40,25 +41,12 @@ pub(crate) struct ExitTarget {
     pub edge_frame: u32,
 }
 
-/// One entry of a moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Pod, Zeroable)]
 #[repr(C, packed)]
 pub(crate) struct KnownEntry {
     /// Index in [`EntryTable::targets`].
     pub target: u16,
     how: u8,
-}
-
-impl Bytes<3> for KnownEntry {
-    fn to_bytes(self) -> [u8; 3] {
-        let [low, high] = self.target.to_le_bytes();
-        [low, high, self.how]
-    }
-
-    fn from_bytes([low, high, how]: [u8; 3]) -> Self {
-        let target = u16::from_le_bytes([low, high]);
-        Self { target, how }
-    }
 }
 
 /// Blend, rate and pin with which a target is entered.
@@ -83,31 +71,26 @@ impl KnownEntry {
     }
 
     /// Duration of an entry's blend, in seconds.
-    #[must_use]
     pub(crate) fn blend(self) -> f32 {
         BLENDS[usize::from(self.how & 3).min(BLENDS.len() - 1)]
     }
 
     /// Duration of an exit's blend, in seconds.
-    #[must_use]
     pub(crate) fn exit_blend(self) -> f32 {
         EXIT_BLENDS[usize::from(self.how & 3)]
     }
 
     /// Leg whose foot is kept in place, or `None` if the root is kept.
-    #[must_use]
     pub(crate) fn pin(self) -> Option<usize> {
         usize::from(self.how >> 2 & 15).checked_sub(1)
     }
 
     /// Fastest plausible playback rate.
-    #[must_use]
     pub(crate) fn fastest(self) -> f32 {
         RATES[usize::from(self.how >> 6).min(RATES.len() - 1)]
     }
 }
 
-/// Entries of all moments.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EntryTable {
     pub(crate) limits: MotionLimits,
@@ -137,15 +120,12 @@ impl EntryTable {
             .filter(|&target| of(target) == evasion)
     }
 
-    /// Whether the table is empty.
-    #[must_use]
     pub(crate) fn is_empty(&self) -> bool {
         self.entries.len() == 0
     }
 
     /// Entries, exits or layers of the moment that is nearest to a playhead, by their lists. In a transition the side with the larger weight
     /// determines the moment.
-    #[must_use]
     pub(crate) fn at<'t>(
         &self,
         lists: &'t MomentLists,
@@ -157,17 +137,14 @@ impl EntryTable {
     }
 
     /// Whether any moment has a layered evasion.
-    #[must_use]
     pub(crate) fn has_layers(&self) -> bool {
         self.layers.len() > 0
     }
 
-    /// The moments of a clip.
     pub(crate) fn moments_of(&self, clip: ClipId) -> Range<u32> {
         self.first_moment[clip.index()]..self.first_moment[clip.index() + 1]
     }
 
-    /// The moment that is nearest to a playhead.
     fn moment(&self, graph: &MotionGraph, playhead: Playhead) -> Option<u32> {
         if self.entries.moments() == 0 {
             return None;
@@ -188,7 +165,6 @@ impl EntryTable {
         Some(moments.start + nearest.min(last))
     }
 
-    /// Checks all indices.
     pub(crate) fn check(&self, graph: &MotionGraph, evasions: &[Evasion]) -> Result<(), String> {
         let moments_of = |clip: usize| {
             let frames = graph.clips()[clip].frames() as u32;
@@ -258,14 +234,10 @@ pub(crate) struct MomentLists {
 }
 
 impl MomentLists {
-    /// Number of moments.
-    #[must_use]
     pub(crate) fn moments(&self) -> usize {
         self.ends.len()
     }
 
-    /// Number of entries of all moments.
-    #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
     }
@@ -276,7 +248,6 @@ impl MomentLists {
         self.ends.push(self.entries.len() as u32);
     }
 
-    /// The list of a moment.
     pub(crate) fn list(&self, moment: u32) -> &[KnownEntry] {
         let moment = moment as usize;
         let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);

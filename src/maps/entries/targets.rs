@@ -35,7 +35,6 @@ impl ClipFrame {
         }
     }
 
-    /// Clip and frame as a [`Node`].
     pub(crate) fn node(&self) -> Node {
         Node {
             clip: self.clip,

@@ -42,7 +42,6 @@ impl CellColumn {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }
 
-    /// Bit of the cell at a height.
     #[inline(always)]
     pub(super) fn bit(height: f32, cell: f32) -> u32 {
         floor(height / cell)
@@ -59,7 +58,6 @@ impl CellColumn {
     }
 
     /// Centre of the lowest cell, in metres.
-    #[must_use]
     pub fn middle(&self, cell: f32) -> Vec3 {
         let height = self.heights.trailing_zeros() as i32 - Self::BELOW;
         (Vec3::new(self.x as f32, height as f32, self.z as f32) + 0.5) * cell

@@ -65,7 +65,6 @@ impl PathOffset {
 #[derive(Clone, Debug, Default)]
 pub(in crate::maps) struct GridCells {
     cell: f32,
-    /// Cells of each evasion.
     evasions: Vec<OnceLock<VacatedKinds>>,
 }
 
@@ -173,13 +172,11 @@ impl<'a> Grid<'a> {
     }
 
     /// Side of a cell, in metres.
-    #[must_use]
     pub fn cell(self) -> f32 {
         self.cells.cell
     }
 
     /// Cells of `column` that a path vacates. The column is in the node's frame.
-    #[must_use]
     #[inline]
     pub fn vacates(self, path: &NodePath, column: CellColumn) -> u64 {
         let (offset, vacated, of_evasion) = self.vacated(path);
@@ -190,7 +187,6 @@ impl<'a> Grid<'a> {
     }
 
     /// Whether a path vacates a cell of `columns`, which must be sorted ([`TouchedCells::merge`](super::TouchedCells::merge)).
-    #[must_use]
     pub fn vacates_any(self, path: &NodePath, columns: &[CellColumn]) -> bool {
         let (offset, vacated, of_evasion) = self.vacated(path);
         let across = offset.across(vacated);

@@ -51,7 +51,6 @@ struct NodeDrafts {
     shorter: u32,
 }
 
-/// Scratch of the selection of paths.
 #[derive(Default)]
 struct Scratch {
     found: Vec<Draft>,

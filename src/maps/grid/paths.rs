@@ -108,7 +108,6 @@ impl NodePath {
     }
 
     /// Cell of the place and heading at the evasion's start: x, z and heading.
-    #[must_use]
     pub fn alike_cell(&self, distance: f32, angle: f32) -> [i32; 3] {
         alike_cell(self.placement, distance, angle)
     }
@@ -389,7 +388,6 @@ impl PathTable {
     }
 
     /// Paths from a node, sorted by length.
-    #[must_use]
     pub fn from_node(&self, node: NodeId) -> Vec<NodePath> {
         let mut paths = Vec::new();
         self.write_paths(node, &mut paths);
@@ -409,14 +407,12 @@ impl PathTable {
     }
 
     /// Ids of the paths in [`PathTable::from_node`], in the same order.
-    #[must_use]
     pub fn ids(&self, node: NodeId) -> impl ExactSizeIterator<Item = PathId> + use<> {
         let [first, end] = self.ends(node);
         (first..end).map(PathId)
     }
 
     /// The path with an id.
-    #[must_use]
     pub fn path(&self, id: PathId) -> NodePath {
         let mut path = [NodePath::start(0)];
         self.restore(id.0, self.node(id), &mut path);
@@ -449,13 +445,11 @@ impl PathTable {
     }
 
     /// Statistics of the path search.
-    #[must_use]
     pub fn report(&self) -> PathReport {
         self.report
     }
 
     /// Memory of the table with the paths that are kept, in bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.first.as_slice())
             + size_of_val(self.links.packed.as_slice())

@@ -52,7 +52,6 @@ pub struct Retimable {
 
 /// Classifies every edge of a graph, by [`EdgeId`]. Events and transitions are classified like all
 /// other edges.
-#[must_use]
 pub(in crate::maps) fn retimable_edges(
     graph: &MotionGraph,
     settings: &RetimeSettings,

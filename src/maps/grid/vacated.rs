@@ -62,7 +62,6 @@ impl VacatedCells {
 /// The cells that one evasion vacates.
 #[derive(Clone, Debug)]
 pub(super) struct VacatedKinds {
-    /// Cells of each kind.
     pub(super) kinds: Vec<VacatedCells>,
     /// Number of each column's heights, from the first of its kind on.
     columns: Vec<u16>,
@@ -115,7 +114,6 @@ impl VacatedKinds {
         }
     }
 
-    /// Heights of a column of a kind.
     #[inline]
     pub(super) fn heights(&self, kind: &VacatedCells, column: usize) -> u64 {
         let number = self.columns[kind.first as usize + column];

@@ -52,31 +52,26 @@ impl RegionAtlas {
     }
 
     /// Texel size, slab height and time slices of all maps.
-    #[must_use]
     pub fn grid(&self) -> MapGrid {
         self.grid
     }
 
     /// Maps of the evasions, by [`RegionId`].
-    #[must_use]
     pub fn regions(&self) -> &[RegionMaps] {
         &self.regions
     }
 
     /// Maps of one evasion.
-    #[must_use]
     pub fn region(&self, region: RegionId) -> &RegionMaps {
         &self.regions[region.index()]
     }
 
     /// Maps of the attacks, in the order of [`BakedGraph::attack_moves`](crate::maps::BakedGraph::attack_moves).
-    #[must_use]
     pub fn attacks(&self) -> &[AttackMaps] {
         &self.attacks
     }
 
     /// Maps of one evasion in one slab, or `None` if the body does not reach that slab.
-    #[must_use]
     pub fn maps(&self, region: RegionId, slab: Slab) -> Option<&SlabMaps> {
         let region = self.region(region);
         let index = usize::try_from(slab.0.checked_sub(region.first_slab.0)?).ok()?;
@@ -84,7 +79,6 @@ impl RegionAtlas {
     }
 
     /// Memory of all evasions' maps, in bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         let words = |maps: &SlabMaps| {
             maps.body.masks().len() + maps.outer.masks().len() + maps.evasion.words().len()

@@ -74,7 +74,6 @@ impl MapRect {
 
     /// Whether the rectangle is small enough for fixed-point coordinates
     /// ([`MapGrid::MAX_SIDE`]).
-    #[must_use]
     pub fn fits(self) -> bool {
         let max = MapGrid::MAX_SIDE;
         // Half of the distance to which a fixed-point transform clamps.
@@ -83,7 +82,6 @@ impl MapRect {
     }
 
     /// Whether the rectangle contains no texel.
-    #[must_use]
     pub fn is_empty(self) -> bool {
         self.width == 0 || self.height == 0
     }
@@ -112,19 +110,16 @@ impl BitMap {
     }
 
     /// Position of the map in its frame.
-    #[must_use]
     pub fn rect(&self) -> MapRect {
         self.rect
     }
 
     /// Number of words in a row.
-    #[must_use]
     pub fn words_per_row(&self) -> usize {
         Self::row_words(self.rect)
     }
 
     /// Words of all rows. Column 0 is the lowest bit of a row's first word. Padding bits are 0.
-    #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -135,7 +130,6 @@ impl BitMap {
 
     /// Whether a texel is set, by its column and row in this map. Texels outside the map are not
     /// set.
-    #[must_use]
     pub fn get(&self, column: i32, row: i32) -> bool {
         let inside = (0..self.rect.width as i32).contains(&column)
             && (0..self.rect.height as i32).contains(&row);
@@ -164,7 +158,6 @@ impl BitMap {
 
     /// Smallest rectangle that contains the set texels, in the map's frame. It is empty if no texel
     /// is set.
-    #[must_use]
     pub fn bounds(&self) -> MapRect {
         let (mut low, mut end) = ([i32::MAX; 2], [i32::MIN; 2]);
         let MapRect { u, v, .. } = self.rect;
@@ -203,14 +196,12 @@ impl BitMap {
     }
 
     /// Number of set texels.
-    #[must_use]
     pub fn count(&self) -> u32 {
         self.words.iter().map(|word| word.count_ones()).sum()
     }
 
     /// Whether the words fit the rectangle and all padding bits are 0. Maps that are made here
     /// always pass; maps that come from a file are checked.
-    #[must_use]
     pub fn is_sound(&self) -> bool {
         let words = self.words_per_row();
         let padding = match self.rect.width % 32 {
@@ -239,7 +230,6 @@ pub struct Drawing {
 
 impl Drawing {
     /// Discs of one frame.
-    #[must_use]
     pub fn frame(&self, frame: usize) -> &[Disc] {
         let start = frame
             .checked_sub(1)
@@ -248,7 +238,6 @@ impl Drawing {
     }
 
     /// Number of frames.
-    #[must_use]
     pub fn frames(&self) -> usize {
         self.frame_ends.len()
     }

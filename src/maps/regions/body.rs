@@ -22,7 +22,6 @@ pub struct BodySphere {
 
 impl BodySphere {
     /// Whether the joint exists in `skeleton`, the position is finite and the radius is positive.
-    #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         self.joint.index() < skeleton.len()
             && Skeleton::is_near(self.offset)
@@ -31,7 +30,6 @@ impl BodySphere {
     }
 
     /// Position of the centre in the space of `joints`.
-    #[must_use]
     pub fn centre(&self, joints: &[JointTransform]) -> Vec3 {
         joints[self.joint.index()].point(self.offset)
     }
@@ -63,14 +61,12 @@ impl Prop {
 
     /// Whether the prop has spheres and each has a joint of `skeleton`, a finite position and a
     /// positive radius.
-    #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         !self.spheres.is_empty() && self.body_spheres().all(|sphere| sphere.is_sound(skeleton))
     }
 
     /// Whether the prop takes part in an attack of `joints`. It does if its joint is one of them,
     /// or an ancestor or a descendant of one. An empty list stands for the whole body.
-    #[must_use]
     pub fn takes_part(&self, skeleton: &Skeleton, joints: &[JointId]) -> bool {
         let own = self.joint;
         let tied = |&id: &JointId| skeleton.carries(id, own) || skeleton.carries(own, id);
@@ -191,7 +187,6 @@ impl Body {
 
     /// The bone of an arm or a leg that the spheres leave most bare in the clips' own frames, by the joint at its end, with the distance of
     /// its barest point from the nearest sphere, in metres. `None` without such bones.
-    #[must_use]
     pub fn barest_bone(&self, skeleton: &Skeleton, clips: &[Clip]) -> Option<(JointId, f32)> {
         /// Number of frames of all clips, and distance of the points of a bone, in metres.
         const SAMPLES: (usize, f32) = (64, 0.02);
@@ -250,7 +245,6 @@ impl Body {
 
     /// Whether the body has spheres and all spheres, including those of props, are valid
     /// ([`BodySphere::is_sound`]).
-    #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let sound = |sphere: &BodySphere| sphere.is_sound(skeleton);
         let props = self.props.iter().all(|prop| prop.is_sound(skeleton));
@@ -265,7 +259,6 @@ impl Body {
 
     /// Share of each sphere in the body's mass. Spheres along a bone overlap, so each stands for a disc of it, which is as long as the way to
     /// the spheres beside it, at most the sphere's diameter.
-    #[must_use]
     pub fn masses(&self) -> Vec<f32> {
         let volume = |(at, sphere): (usize, &BodySphere)| {
             let beside = [at.checked_sub(1), Some(at + 1)].into_iter().flatten();
@@ -290,7 +283,6 @@ impl Body {
 
     /// Maximum distance of any part of the body from the root joint in all poses of `clips` and in
     /// blends of them, in metres.
-    #[must_use]
     pub fn reach(&self, skeleton: &Skeleton, clips: &[Clip]) -> f32 {
         let mut bones: Vec<f32> = skeleton
             .joints()

@@ -19,7 +19,6 @@ pub(crate) struct BodyRows {
     radii: Vec<f32>,
     /// Share of each sphere in the body's mass, without padding.
     masses: Vec<f32>,
-    /// [`BodyRows::knee_shares`].
     knee_shares: Vec<f32>,
 }
 
@@ -35,8 +34,6 @@ impl BodyRows {
     /// Row lengths are multiples of this number.
     pub(super) const ROW_LANES: usize = 16;
 
-    /// Creates the rows of a body.
-    #[must_use]
     pub(crate) fn new(body: &Body) -> Self {
         let spheres = body.spheres.len();
         let row = spheres.next_multiple_of(Self::ROW_LANES);
@@ -75,7 +72,6 @@ impl BodyRows {
     }
 
     /// Finds the spheres of the legs.
-    #[must_use]
     pub(crate) fn with_legs(mut self, body: &Body, skeleton: &Skeleton, legs: &[Leg]) -> Self {
         let share = |sphere: &BodySphere| {
             let carries = |leg: &&Leg| skeleton.carries(leg.hip, sphere.joint);
@@ -99,25 +95,21 @@ impl BodyRows {
     }
 
     /// How far each sphere moves if a leg is bent, as a share of the most that knee or foot move, padded: 0 above the legs.
-    #[must_use]
     pub(crate) fn knee_shares(&self) -> &[f32] {
         &self.knee_shares
     }
 
     /// Share of each sphere in the body's mass, without padding.
-    #[must_use]
     pub(crate) fn masses(&self) -> &[f32] {
         &self.masses
     }
 
     /// Radii of the spheres, with padding, in metres.
-    #[must_use]
     pub(crate) fn radii(&self) -> &[f32] {
         &self.radii
     }
 
     /// Centre of mass of a body whose centres [`BodyRows::push`] wrote to `rows`.
-    #[must_use]
     pub(crate) fn centre_of_mass(&self, rows: &[f32]) -> Vec3 {
         let mut axes = rows.chunks_exact(self.radii.len());
         let mut along = || {

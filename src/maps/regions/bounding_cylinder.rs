@@ -1,6 +1,7 @@
 //! Bounding cylinders of the body with a vertical axis. They fit a standing body much more tightly
 //! than a sphere, and are available at any moment of the graph without evaluating a pose.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -8,41 +9,17 @@ use super::body::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 use crate::graph::motion_graph::starts;
 use crate::graph::{ClipPosition, EdgeId, MotionGraph};
-use crate::math::{
-    Rigid2,
-    byte_list::{self, Bytes},
-    in_parallel,
-};
+use crate::math::{Rigid2, byte_list, in_parallel};
 
 /// A cylinder with a vertical axis, in metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct BoundingCylinder {
     /// X and z coordinates of the axis.
     pub(crate) axis: Vec2,
     pub(crate) radius: f32,
     pub(crate) low: f32,
     pub(crate) high: f32,
-}
-
-impl Bytes<20> for BoundingCylinder {
-    fn to_bytes(self) -> [u8; 20] {
-        let mut bytes = [0; 20];
-        for (bytes, number) in bytes.as_chunks_mut().0.iter_mut().zip(self.to_array()) {
-            *bytes = number.to_le_bytes();
-        }
-        bytes
-    }
-
-    fn from_bytes(bytes: [u8; 20]) -> Self {
-        let numbers = bytes.as_chunks().0;
-        let number = |index: usize| f32::from_le_bytes(numbers[index]);
-        Self {
-            axis: Vec2::new(number(0), number(1)),
-            radius: number(2),
-            low: number(3),
-            high: number(4),
-        }
-    }
 }
 
 impl BoundingCylinder {
@@ -93,7 +70,6 @@ impl BoundingCylinder {
         }
     }
 
-    /// Returns the cylinder transformed by `placement`.
     pub(crate) fn placed(self, placement: Rigid2) -> Self {
         let axis = placement.point(Vec3::new(self.axis.x, 0.0, self.axis.y));
         Self {
@@ -103,7 +79,6 @@ impl BoundingCylinder {
     }
 }
 
-/// The cylinders of all frames of all clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::maps) struct ClipCylinders {
     /// Cylinders of all clips, clip by clip.

@@ -9,7 +9,6 @@ use super::region_maps::{RegionMaps, SlabMaps};
 /// The coarse maps and bounding rectangles of one region.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CoarseRegion {
-    /// Coarse map of each slab.
     pub(crate) slabs: Vec<CoarseMap>,
     /// Bounding rectangle of all maps of all slabs.
     pub(crate) rect: MapRect,

@@ -15,7 +15,6 @@ pub struct RegionId(pub u32);
 
 impl RegionId {
     /// The id as an index into per-region arrays.
-    #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -34,7 +33,6 @@ pub struct Evasion {
 
 impl Evasion {
     /// Playhead at the evasion's start, whose world is the character's frame there.
-    #[must_use]
     pub fn playhead(&self) -> Playhead {
         Playhead {
             edge: self.edge,
@@ -56,7 +54,6 @@ pub struct AttackMove {
 /// Spheres of an attack over time: those of the attacking joints, of their descendants and of the
 /// props that they hold. There is one key for each frame, in the character's frame at the event's
 /// start. Time 0 is the start.
-#[must_use]
 pub(crate) fn attack_spheres(
     graph: &MotionGraph,
     body: &Body,

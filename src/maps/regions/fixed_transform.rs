@@ -56,7 +56,6 @@ impl FixedTransform2 {
     }
 
     /// Texel of the evasion's frame that contains the centre of texel `(u, v)` of the attack's map.
-    #[must_use]
     #[inline(always)]
     pub fn texel(self, u: i32, v: i32) -> (i32, i32) {
         self.half_texels(2 * u + 1, 2 * v + 1)
@@ -64,7 +63,6 @@ impl FixedTransform2 {
 
     /// Texel of the evasion's frame that contains a point of the attack's map, which is given in
     /// half texels.
-    #[must_use]
     #[inline(always)]
     pub(crate) fn half_texels(self, cu: i32, cv: i32) -> (i32, i32) {
         let (x, z) = self.start(cu, cv);
@@ -72,7 +70,6 @@ impl FixedTransform2 {
     }
 
     /// Fixed-point coordinates of a point of the attack's map, which is given in half texels.
-    #[must_use]
     #[inline(always)]
     pub(crate) fn start(self, cu: i32, cv: i32) -> (i32, i32) {
         (
@@ -83,7 +80,6 @@ impl FixedTransform2 {
 
     /// Maximum error of a transformed texel centre for an attack map of this size, in sub-texels of
     /// that map. It comes from rounding the cosine, the sine and the translation.
-    #[must_use]
     pub fn error(width: u32, height: u32) -> f32 {
         let texels = (width + height + 1) as f32 / (1 << Self::SHIFT) as f32;
         texels * SUB_TEXELS as f32
@@ -92,7 +88,6 @@ impl FixedTransform2 {
     /// The same transform for attack texels as narrow as the evasion's, where the first of every
     /// `pitch` texels along each axis stands for a wide texel. The results are bit-identical.
     #[cfg(feature = "vulkan")]
-    #[must_use]
     pub(crate) fn with_narrow_texels(self, pitch: u32) -> Self {
         let pitch = pitch as i32;
         let (a, b) = (self.a / pitch, self.b / pitch);
@@ -105,7 +100,6 @@ impl FixedTransform2 {
     }
 
     /// Whether `placement` lies within the range that is not clamped.
-    #[must_use]
     pub(crate) fn keeps(placement: Rigid2, texel: f32) -> bool {
         placement.ground().abs().max_element() < 0.5 * Self::FAR * texel
     }

@@ -56,7 +56,6 @@ impl Disc {
     }
 
     /// Whether the disc covers the texel `(u, v)`.
-    #[must_use]
     pub fn covers(self, u: i32, v: i32) -> bool {
         let (dx, dz) = (texel_centre(u) - self.x, texel_centre(v) - self.z);
         dx * dx + dz * dz <= self.radius * self.radius
@@ -184,7 +183,6 @@ impl MapGrid {
 
     /// Whether all values are in range: texels of 0.001 to 1 m, an attack pitch of 1, 2 or 4, slabs
     /// of 0.001 to 10 m, and 1 to 64 slices of 0.001 to 1 s.
-    #[must_use]
     pub fn is_sound(&self) -> bool {
         (0.001..=1.0).contains(&self.texel)
             && self.attack_pitch.is_power_of_two()
@@ -195,32 +193,27 @@ impl MapGrid {
     }
 
     /// Whether the maps have more than one time slice.
-    #[must_use]
     pub fn is_timed(&self) -> bool {
         self.slices > 1
     }
 
     /// Number of words in a texel's mask, which has one bit for each slice: 1 or 2.
-    #[must_use]
     pub fn lanes(&self) -> usize {
         self.slices.div_ceil(32) as usize
     }
 
     /// Time from an evasion's start to the end of the last slice, in seconds.
-    #[must_use]
     pub fn seconds(&self) -> f32 {
         self.slices as f32 * self.slice_seconds
     }
 
     /// Whether a texel that body and attack share guarantees a hit. This holds if the sections of
     /// both are rounded inwards.
-    #[must_use]
     pub fn is_certain(&self) -> bool {
         self.is_timed() && self.section == Section::Plane
     }
 
     /// Slabs that a sphere reaches.
-    #[must_use]
     pub fn slabs(&self, centre: Vec3, radius: f32) -> RangeInclusive<i32> {
         let slab_of = |height: f32| floor(height / self.slab_height);
         slab_of(centre.y - radius)..=slab_of(centre.y + radius)
@@ -228,13 +221,11 @@ impl MapGrid {
 
     /// Section of a sphere in a slab, seen from above, in sub-texels of the map's frame, rounded to
     /// the nearest. Returns `None` if the sphere does not reach the section's height.
-    #[must_use]
     pub fn disc(&self, centre: Vec3, radius: f32, slab: Slab) -> Option<Disc> {
         self.cut(Sphere::new(centre, radius), slab, Cut::Nearest)
     }
 
     /// Disc of a sphere in a slab, cut and rounded according to `cut`.
-    #[must_use]
     pub(crate) fn cut(&self, sphere: Sphere, slab: Slab, cut: Cut) -> Option<Disc> {
         let Sphere { centre, radius } = sphere;
         let section = match cut {

@@ -28,25 +28,21 @@ impl MaskMap {
     }
 
     /// Position of the map in its frame.
-    #[must_use]
     pub fn rect(&self) -> MapRect {
         self.rect
     }
 
     /// Number of words in a mask: 1 for up to 32 slices, 2 for up to 64.
-    #[must_use]
     pub fn lanes(&self) -> usize {
         self.lanes as usize
     }
 
     /// All masks, `[row][column][lane]`. Slice `s` is bit `s % 32` of lane `s / 32`.
-    #[must_use]
     pub fn masks(&self) -> &[u32] {
         &self.masks
     }
 
     /// Mask of a texel, by its column and row in this map. Texels outside the map have mask 0.
-    #[must_use]
     pub fn get(&self, column: i32, row: i32) -> u64 {
         let inside = (0..self.rect.width as i32).contains(&column)
             && (0..self.rect.height as i32).contains(&row);
@@ -71,7 +67,6 @@ impl MaskMap {
     }
 
     /// Smallest rectangle around the texels of each slice. It is empty if a slice has no texel.
-    #[must_use]
     pub fn slice_rects(&self, slices: u32) -> Vec<MapRect> {
         let (rect, lanes) = (self.rect, self.lanes().max(1));
         let row_words = rect.width as usize * lanes;
@@ -108,7 +103,6 @@ impl MaskMap {
     }
 
     /// Number of texels with at least one bit set.
-    #[must_use]
     pub fn count(&self) -> usize {
         let texels = self.masks.chunks(self.lanes().max(1));
         texels
@@ -118,7 +112,6 @@ impl MaskMap {
 
     /// Whether the masks fit the rectangle and have no bits beyond `slices`. Maps that are made
     /// here always pass; maps that come from a file are checked.
-    #[must_use]
     pub fn is_sound(&self, slices: u32) -> bool {
         let lanes = slices.div_ceil(32);
         let texels = u64::from(self.rect.width) * u64::from(self.rect.height);

@@ -20,7 +20,6 @@ pub struct EvasionMaps {
 
 /// Draws the texels that are covered in every frame, and the texels that are covered in the first
 /// frame but not in every frame.
-#[must_use]
 pub fn every_frame(drawing: &Drawing) -> EvasionMaps {
     let mut body = BitMap::new(drawing.rect);
     let mut evasion = body.clone();
@@ -45,7 +44,6 @@ pub fn every_frame(drawing: &Drawing) -> EvasionMaps {
 }
 
 /// Draws the texels that are covered in at least one frame.
-#[must_use]
 pub fn any_frame(drawing: &Drawing) -> BitMap {
     let mut map = BitMap::new(drawing.rect);
     for disc in &drawing.discs {

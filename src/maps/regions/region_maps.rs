@@ -31,7 +31,6 @@ impl SlabMaps {
     }
 
     /// Smallest rectangle that contains all three maps.
-    #[must_use]
     pub fn rect(&self) -> MapRect {
         let rects = [self.body.rect(), self.outer.rect(), self.evasion.rect()];
         rects.into_iter().fold(MapRect::default(), MapRect::union)
@@ -65,7 +64,6 @@ impl RegionMaps {
 
     /// Whether each map's data fits its rectangle and the number of slices. Maps that are drawn
     /// here always pass; maps that come from a file are checked.
-    #[must_use]
     pub fn is_sound(&self, slices: u32) -> bool {
         slabs_fit(self.first_slab, self.slabs.len())
             && (0.0..=Self::LONGEST).contains(&self.seconds)
@@ -86,7 +84,6 @@ pub struct AttackMaps {
 impl AttackMaps {
     /// Whether each map's data fits its rectangle. Maps that are drawn here always pass; maps that
     /// come from a file are checked.
-    #[must_use]
     pub fn is_sound(&self) -> bool {
         slabs_fit(self.first_slab, self.slabs.len())
             && self

@@ -82,25 +82,21 @@ impl MovingSphere {
     }
 
     /// Time of the first key, in seconds.
-    #[must_use]
     pub fn start(&self) -> f32 {
         self.keys[0].t
     }
 
     /// Time of the last key, in seconds.
-    #[must_use]
     pub fn end(&self) -> f32 {
         self.keys[self.keys.len() - 1].t
     }
 
     /// Keys in the order of time, at least one.
-    #[must_use]
     pub fn keys(&self) -> &[SphereKey] {
         &self.keys
     }
 
     /// Position and radius at time `t`, which must lie between the first and the last key.
-    #[must_use]
     pub fn at(&self, t: f32) -> SphereKey {
         let next = self
             .keys
@@ -114,7 +110,6 @@ impl MovingSphere {
     }
 
     /// Interpolates between two keys. Times before the first or after the second key are clamped.
-    #[must_use]
     pub fn between(before: SphereKey, after: SphereKey, t: f32) -> SphereKey {
         let span = after.t - before.t;
         let share = if span > 0.0 {

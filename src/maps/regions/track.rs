@@ -26,7 +26,6 @@ pub struct BodyTrack {
     lead_in: usize,
     /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
     rows: Vec<f32>,
-    /// Number of intervals.
     intervals: usize,
     /// Bounding spheres of the whole body in each interval, as rows of x, y, z and radius. The last one is repeated 15 times.
     bounds: [Vec<f32>; 4],
@@ -143,7 +142,6 @@ impl BodyTrack {
 
     /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::INTERVAL`]
     /// `index` to the first sample of the next interval, along straight lines between samples.
-    #[must_use]
     pub fn bounding_sphere(&self, index: usize) -> Sphere {
         let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.bounds[row][index]);
         Sphere::new(Vec3::new(x, y, z), radius)
@@ -168,38 +166,32 @@ impl BodyTrack {
     }
 
     /// Length of a row of one tick and axis, with padding.
-    #[must_use]
     pub fn row(&self) -> usize {
         Self::padded(self.spheres)
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn ticks(&self) -> usize {
         self.ticks
     }
 
     /// Time of the last sample, in seconds.
-    #[must_use]
     pub fn seconds(&self) -> f32 {
         self.ticks.saturating_sub(1 + self.lead_in) as f32 / Self::RATE
     }
 
     /// Time from the first sample to time 0, in seconds.
-    #[must_use]
     pub fn lead_in(&self) -> f32 {
         self.lead_in as f32 / Self::RATE
     }
 
     /// The sample nearest to a time, within the track.
-    #[must_use]
     pub fn nearest_tick(&self, seconds: f32) -> usize {
         let tick = ((seconds + self.lead_in()) * Self::RATE).round().max(0.0) as usize;
         tick.min(self.ticks.saturating_sub(1))
     }
 
     /// Rows of x, y and z of all spheres at one sample, padded.
-    #[must_use]
     pub fn axes(&self, tick: usize) -> [&[f32]; 3] {
         let row = self.row();
         let axis = |axis: usize| &self.rows[(3 * tick + axis) * row..(3 * tick + axis + 1) * row];
@@ -207,7 +199,6 @@ impl BodyTrack {
     }
 
     /// Centre of a sphere at one sample.
-    #[must_use]
     pub fn centre(&self, tick: usize, sphere: usize) -> Vec3 {
         let [x, y, z] = self.axes(tick);
         Vec3::new(x[sphere], y[sphere], z[sphere])

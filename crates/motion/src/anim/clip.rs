@@ -16,7 +16,6 @@ pub struct ClipId(pub u32);
 
 impl ClipId {
     /// The index as a `usize`.
-    #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -174,7 +173,6 @@ impl Clip {
 
     /// Largest errors that compression has caused, in metres: at the joints, and at the ends ([`CompressionSettings`]). `None` for a
     /// plain clip.
-    #[must_use]
     pub fn compression_errors(&self) -> Option<[f32; 2]> {
         match &self.frames {
             Frames::Plain(_) => None,
@@ -183,7 +181,6 @@ impl Clip {
     }
 
     /// Size of the frames in a file, in bytes: as they are, and as a plain clip.
-    #[must_use]
     pub fn stored_bytes(&self) -> [usize; 2] {
         let place = size_of::<Vec3>();
         let joint = size_of::<Quat>() + if self.moves_joints() { place } else { 0 };
@@ -203,7 +200,6 @@ impl Clip {
     }
 
     /// Name, unique among the clips of a set.
-    #[must_use]
     pub fn name(&self) -> &str {
         match &self.frames {
             Frames::Plain(plain) => &plain.desc.name,
@@ -219,7 +215,6 @@ impl Clip {
     /// assert_eq!(Clip::title("fox.glb:Walk"), "fox Walk");
     /// assert_eq!(Clip::title("v1.5_duck"), "v1.5 duck");
     /// ```
-    #[must_use]
     pub fn title(name: &str) -> String {
         let (file, within) = name.split_once(':').unwrap_or((name, ""));
         let file = match file.rsplit_once('.') {
@@ -230,7 +225,6 @@ impl Clip {
     }
 
     /// Frame rate, in frames per second.
-    #[must_use]
     pub fn frame_rate(&self) -> f64 {
         match &self.frames {
             Frames::Plain(plain) => plain.desc.frame_rate,
@@ -239,7 +233,6 @@ impl Clip {
     }
 
     /// Number of frames, at least 1.
-    #[must_use]
     pub fn frames(&self) -> usize {
         match &self.frames {
             Frames::Plain(plain) => plain.desc.roots.len(),
@@ -248,7 +241,6 @@ impl Clip {
     }
 
     /// Number of joints of the skeleton.
-    #[must_use]
     pub fn joints(&self) -> usize {
         match &self.frames {
             Frames::Plain(plain) => plain.joints,
@@ -257,7 +249,6 @@ impl Clip {
     }
 
     /// Whether the clip has positions for its joints. Otherwise they keep the skeleton's offsets.
-    #[must_use]
     pub fn moves_joints(&self) -> bool {
         match &self.frames {
             Frames::Plain(plain) => !plain.desc.translations.is_empty(),
@@ -266,13 +257,11 @@ impl Clip {
     }
 
     /// Time from the first frame to the last, in seconds. It is 0 for one frame.
-    #[must_use]
     pub fn duration(&self) -> f64 {
         (self.frames() - 1) as f64 / self.frame_rate()
     }
 
     /// Copies all frames. [`Clip::pose`] reads a single one.
-    #[must_use]
     pub fn desc(&self) -> ClipDesc {
         if let Frames::Plain(plain) = &self.frames {
             return plain.desc.clone();
@@ -289,13 +278,11 @@ impl Clip {
     }
 
     /// Position of the root in one frame.
-    #[must_use]
     pub fn root(&self, frame: usize) -> Vec3 {
         self.roots()[frame]
     }
 
     /// Position of the root in the pose of [`Clip::sample`].
-    #[must_use]
     pub fn sample_root(&self, frame: f32) -> Vec3 {
         let (lower, weight) = self.place(frame);
         root_between(&self.roots()[lower..], weight)

@@ -84,13 +84,11 @@ impl Leg {
     }
 
     /// The toe, or the ankle if the foot has no second point.
-    #[must_use]
     pub fn toe_or_foot(&self) -> JointId {
         self.toe.unwrap_or(self.foot)
     }
 
     /// Length of both bones, in metres.
-    #[must_use]
     pub fn length(&self, skeleton: &Skeleton) -> f32 {
         let bones = skeleton
             .ancestry(self.foot)
@@ -102,7 +100,6 @@ impl Leg {
 
     /// Whether the leg's joints exist in `skeleton` and form a chain. It checks legs that come from
     /// a file.
-    #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let known = |joint: JointId| joint.index() < skeleton.len();
         let below = |joint, above| {

@@ -49,7 +49,6 @@ impl Limbs {
 
 /// The joint that carries the whole body: where the legs and the trunk meet. Joints above it only carry it, as `Reference`, `Armature` or a
 /// root on the ground do. It is the nearest common ancestor of hands and feet, if at least half of all joints hang on it.
-#[must_use]
 pub fn body_root(skeleton: &Skeleton) -> JointId {
     let limbs = Limbs::of(skeleton);
     let carried = |joint: JointId| {
@@ -90,7 +89,6 @@ fn is_helper(name: &str) -> bool {
 
 /// For each joint, whether it is a detail that tells nothing of the body's pose: a helper, a finger, a part of the face, a thing that is
 /// carried ([`carried`]).
-#[must_use]
 pub fn details(skeleton: &Skeleton) -> Vec<bool> {
     let limbs = Limbs::known(skeleton);
     let mut ends = limbs.map_or_else(Vec::new, |limbs| limbs.hands);
@@ -112,7 +110,6 @@ pub fn details(skeleton: &Skeleton) -> Vec<bool> {
 /// For each joint, whether it is no part of the body: a helper, a weapon, cloth, or what hangs on one. A helper that carries a hand, a foot
 /// or the head is a part of the body. Where all of them are known, what neither carries one nor hangs on one is cloth or a tail, and a bone
 /// that is much longer than the forearm and hangs on a hand is a weapon, whatever their names are.
-#[must_use]
 pub fn carried(skeleton: &Skeleton) -> Vec<bool> {
     /// Least length of a bone of a weapon, as a multiple of the bone that leads to the hand.
     const WEAPON: f32 = 1.5;
@@ -257,13 +254,11 @@ impl Facing {
     }
 
     /// Whether the skeleton has a pair of left and right joints.
-    #[must_use]
     pub fn is_of_hips(self) -> bool {
         self.pair.is_some()
     }
 
     /// The character's frame: root on the ground, with the pelvis' facing direction.
-    #[must_use]
     pub fn placement(self, joints: &[JointTransform]) -> Rigid2 {
         self.placement_by(|joint| joints[joint.index()])
     }

@@ -31,7 +31,6 @@ pub(super) fn root_between(roots: &[Vec3], weight: f32) -> Vec3 {
 }
 
 impl Moment<'_> {
-    /// Writes the whole pose to `out`.
     pub(super) fn pose(&self, isa: Isa, out: &mut Pose) {
         match &self.0 {
             Source::Plain(plain) => plain.pose(isa, out),
@@ -183,7 +182,6 @@ impl RowKernel for BlendedGroups<'_> {
     }
 }
 
-/// A moment of a plain clip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlainMoment<'a> {
     pub(super) clip: &'a PlainClip,

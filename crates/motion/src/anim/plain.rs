@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use super::rows::{Block, LANES, block};
 use super::{ClipDesc, ClipError, Skeleton};
 
-/// A clip that is not compressed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlainClip {
     pub(super) desc: ClipDesc,
@@ -42,7 +41,6 @@ impl PlainClip {
         [root, rotation, translation].into_iter().flatten().min()
     }
 
-    /// Checks that the clip is sound and of this skeleton.
     pub(super) fn check(&self, skeleton: &Skeleton) -> Result<(), ClipError> {
         let (desc, joints) = (&self.desc, skeleton.len());
         let (frames, clip) = (desc.roots.len(), desc.name.clone());

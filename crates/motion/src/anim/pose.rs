@@ -110,7 +110,6 @@ impl JointTransform {
     };
 
     /// Transforms a point from the joint's frame to the space of the motion.
-    #[must_use]
     pub fn point(&self, local: Vec3) -> Vec3 {
         self.rotation * local + self.translation
     }

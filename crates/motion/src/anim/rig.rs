@@ -11,7 +11,6 @@ pub struct Rig {
     spine: Vec<JointId>,
     /// Legs, then arms.
     limbs: [Option<Leg>; Self::LIMBS],
-    /// Part of each joint.
     parts: Vec<Part>,
 }
 
@@ -77,7 +76,6 @@ impl Rig {
     }
 
     /// Joints from the pelvis (excluded) up to the parent of both arms.
-    #[must_use]
     pub fn spine(&self) -> &[JointId] {
         &self.spine
     }
@@ -89,7 +87,6 @@ impl Rig {
     }
 
     /// Both legs, or `None` if the skeleton does not have exactly two.
-    #[must_use]
     pub fn legs(&self) -> Option<[Leg; 2]> {
         Some([self.limbs[0]?, self.limbs[1]?])
     }
@@ -100,7 +97,6 @@ impl Rig {
     }
 
     /// Whether the skeleton has a spine that moves arms and head but no leg.
-    #[must_use]
     pub fn has_upper_body(&self) -> bool {
         let carries_leg = |leg: Leg| self.part(leg.hip).spine > 0;
         let legs = self.legs();

@@ -14,7 +14,6 @@ impl JointId {
     pub const ROOT: Self = Self(0);
 
     /// The id as an index into per-joint arrays.
-    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -55,7 +54,6 @@ pub struct Skeleton {
     file: Option<Box<FileJoints>>,
 }
 
-/// A skeleton in files.
 #[derive(Serialize, Deserialize)]
 struct StoredSkeleton {
     joints: Vec<Joint>,
@@ -101,7 +99,6 @@ impl Skeleton {
     pub const FURTHEST: f32 = 1e6;
 
     /// Whether a position is finite and at most [`Skeleton::FURTHEST`] from the origin.
-    #[must_use]
     pub fn is_near(place: Vec3) -> bool {
         place.is_finite() && place.length() <= Self::FURTHEST
     }
@@ -188,7 +185,6 @@ impl Skeleton {
     }
 
     /// The ends of [`Skeleton::with_ends`].
-    #[must_use]
     pub fn ends(&self) -> Option<[JointId; 4]> {
         self.ends
     }
@@ -202,19 +198,16 @@ impl Skeleton {
     }
 
     /// The joints of the file that it is a part of, if that has others.
-    #[must_use]
     pub fn file_joints(&self) -> Option<&FileJoints> {
         self.file.as_deref()
     }
 
     /// All joints, parents before children.
-    #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
     /// Number of joints, including end sites.
-    #[must_use]
     #[allow(
         clippy::len_without_is_empty,
         reason = "a skeleton has at least its root"
@@ -229,13 +222,11 @@ impl Skeleton {
     }
 
     /// The joint with an id.
-    #[must_use]
     pub fn joint(&self, id: JointId) -> &Joint {
         &self.joints[id.index()]
     }
 
     /// Id of the joint with a name.
-    #[must_use]
     pub fn find(&self, name: &str) -> Option<JointId> {
         self.ids().find(|&id| self.joint(id).name == name)
     }
@@ -252,13 +243,11 @@ impl Skeleton {
     }
 
     /// Whether `id` is the joint `above` or a descendant of it.
-    #[must_use]
     pub fn carries(&self, above: JointId, id: JointId) -> bool {
         self.ancestry(id).any(|joint| joint == above)
     }
 
     /// Length of the bones from the root to `id`, in metres.
-    #[must_use]
     pub fn chain_length(&self, id: JointId) -> f32 {
         self.ancestry(id)
             .filter(|&joint| joint != JointId::ROOT)
@@ -268,13 +257,11 @@ impl Skeleton {
 
     /// Mirrored joint on the other side of the body, if joint names identify it: `LeftHand` ↔
     /// `RightHand`, `hand.l` ↔ `hand.r`, `Bip01 L Hand` ↔ `Bip01 R Hand`.
-    #[must_use]
     pub fn mirror(&self, id: JointId) -> Option<JointId> {
         self.sided(id).map(|(_, twin)| twin)
     }
 
     /// Whether the joint's name can be read as one of a side of the body.
-    #[must_use]
     pub fn names_side(&self, id: JointId) -> bool {
         readings(&self.joint(id).name).next().is_some()
     }
@@ -293,7 +280,6 @@ impl Skeleton {
     /// empty if both have the same joints in the same tree.
     ///
     /// Offsets may differ, because captures of one person differ by calibration.
-    #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let parent_name =
             |skeleton: &Self, joint: &Joint| joint.parent.map(|p| skeleton.joint(p).name.clone());

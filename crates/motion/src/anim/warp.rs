@@ -30,7 +30,6 @@ impl Envelope {
     pub const SHARPEST: f32 = 5.7736;
 
     /// Weight of the warp, 0 to 1.
-    #[must_use]
     pub fn weight(&self, seconds: f32) -> f32 {
         if seconds <= self.start || seconds >= self.end {
             return 0.0;
@@ -55,7 +54,6 @@ impl Envelope {
     }
 
     /// Duration of the shorter fade, in seconds.
-    #[must_use]
     pub fn shortest_way(&self) -> f32 {
         (self.full - self.start).min(self.end - self.release)
     }
@@ -92,19 +90,16 @@ pub struct Warp {
 
 impl Warp {
     /// Time in the motion that is played at `seconds`, in seconds.
-    #[must_use]
     pub fn moment(&self, seconds: f32) -> f32 {
         seconds + self.bend.ahead * self.envelope.weight(seconds)
     }
 
     /// Translation of the root at `seconds`, in metres.
-    #[must_use]
     pub fn root(&self, seconds: f32) -> Vec3 {
         self.bend.pelvis * self.envelope.weight(seconds)
     }
 
     /// Whether the weight at `seconds` is above 0.
-    #[must_use]
     pub fn acts_at(&self, seconds: f32) -> bool {
         self.envelope.weight(seconds) > 0.0
     }

@@ -93,13 +93,11 @@ pub struct WholeSkeleton {
     file: FileJoints,
     body: Skeleton,
     facing: Facing,
-    /// For each joint, that of the body.
     own: Vec<Option<JointId>>,
 }
 
 impl Skeleton {
     /// The skeleton with the joints that its file has above and beside it. `None` if the file has no others.
-    #[must_use]
     pub fn whole(&self) -> Option<WholeSkeleton> {
         let file = self.file_joints()?.clone();
         let mut joints = file.joints.clone();
@@ -120,13 +118,11 @@ impl Skeleton {
 
 impl WholeSkeleton {
     /// The joint that is a joint of the body.
-    #[must_use]
     pub fn joint(&self, of_body: JointId) -> JointId {
         self.file.body[of_body.index()]
     }
 
     /// Whether a joint is one of the body.
-    #[must_use]
     pub fn is_of_body(&self, joint: JointId) -> bool {
         self.own[joint.index()].is_some()
     }

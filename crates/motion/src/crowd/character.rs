@@ -33,7 +33,6 @@ impl Placement {
     };
 
     /// The position in the world, in metres.
-    #[must_use]
     pub fn position(&self) -> Vec3 {
         Vec3::new(self.ground.x, self.height, self.ground.z)
     }
@@ -254,7 +253,6 @@ pub(super) fn clamped(share: f32) -> f32 {
     }
 }
 
-/// A clip as a lane plays it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneClip<'a> {
     pub(super) range: &'a ClipRange,

@@ -19,7 +19,6 @@ pub struct ExternalPose {
 impl AnimationSet {
     /// The slice of a character that is posed elsewhere. Such characters are in groups of sixteen that take [`Output::group_len`] each, and the
     /// first group starts at `offset` in the output, in `F32x16`s.
-    #[must_use]
     pub fn external_slice(&self, output: Output, offset: usize, index: usize) -> PoseSlice {
         let joints = self.joints(LevelId(0));
         let group = index / F32x16::LANES;

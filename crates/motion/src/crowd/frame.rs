@@ -64,7 +64,6 @@ impl Crowd {
         }
     }
 
-    /// Levels of all characters.
     fn choose(&mut self, switching: &Switching, eye: Vec3) {
         let scratch = &mut self.scratch_of_frames;
         scratch.ramps.update(switching);

@@ -20,7 +20,6 @@ pub struct Crowd {
     pub(super) animations: Arc<AnimationSet>,
     pub(super) settings: CrowdSettings,
     pub(super) pool: WorkerPool,
-    /// One scratch for each thread.
     pub(super) scratch: Vec<Mutex<Scratch>>,
     pub(super) states: Vec<CharacterState>,
     /// Group and lane of each character, as one number.
@@ -88,26 +87,22 @@ impl Crowd {
     }
 
     /// The clips that the crowd's characters can play.
-    #[must_use]
     pub fn animations(&self) -> &AnimationSet {
         &self.animations
     }
 
     /// The settings of the crowd, with the instruction set that is actually used: see
     /// [`Isa::or_best`](crate::math::Isa::or_best).
-    #[must_use]
     pub fn settings(&self) -> &CrowdSettings {
         &self.settings
     }
 
     /// Number of characters, [inactive](Crowd::deactivate) ones included.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.states.len()
     }
 
     /// Whether there is no character.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.states.is_empty()
     }
@@ -206,7 +201,6 @@ impl Crowd {
     }
 
     /// The crowd's time, in seconds; 0 at first.
-    #[must_use]
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -324,7 +318,6 @@ impl Crowd {
     /// A length in `F32x16`s that [`Crowd::output_len`] never exceeds for `characters` characters, however their levels
     /// change: the size to allocate. The length for [`Crowd::capacity`] characters stays the same as long as the crowd does
     /// not outgrow it.
-    #[must_use]
     pub fn max_output_len(&self, characters: usize) -> usize {
         let output = self.settings.output;
         let group = output.group_len(self.animations.joints(LevelId(0)));
@@ -335,7 +328,6 @@ impl Crowd {
     }
 
     /// Number of characters that the crowd has memory for. It grows only where characters are added beyond it.
-    #[must_use]
     pub fn capacity(&self) -> usize {
         self.capacity
     }

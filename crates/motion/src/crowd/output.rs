@@ -40,7 +40,6 @@ impl Output {
     pub const NUMBERS: usize = 12;
 
     /// Length of a group of sixteen characters, in [`F32x16`]s.
-    #[must_use]
     pub fn group_len(self, joints: usize) -> usize {
         match self.layout {
             Layout::Blocks => joints * Self::NUMBERS,
@@ -49,7 +48,6 @@ impl Output {
     }
 
     /// Length of a character's row in [`Layout::Instances`], in [`F32x16`]s.
-    #[must_use]
     pub fn row_len(self, joints: usize) -> usize {
         row_lines(joints)
     }
@@ -110,7 +108,6 @@ impl PoseSlice {
     }
 
     /// Position of a value of a joint, counted in values from the start of the output.
-    #[must_use]
     #[inline]
     pub fn position(&self, joint: usize, number: usize) -> usize {
         self.start + joint * self.joint_stride + number * self.number_stride
@@ -120,7 +117,6 @@ impl PoseSlice {
     ///
     /// # Panics
     /// If it is not within `out`.
-    #[must_use]
     #[inline]
     pub fn number(&self, out: &[F32x16], joint: usize, number: usize) -> f32 {
         bytemuck::cast_slice::<F32x16, f32>(out)[self.position(joint, number)]
@@ -128,7 +124,6 @@ impl PoseSlice {
 
     /// All values of the character as one slice, [`PoseSlice::joint_stride`] for each joint; `None` in [`Layout::Blocks`],
     /// and if it is not within `out`.
-    #[must_use]
     #[inline]
     pub fn row<'a>(&self, out: &'a [F32x16]) -> Option<&'a [f32]> {
         let row = self.start..self.start + self.joints * self.joint_stride;

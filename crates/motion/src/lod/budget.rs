@@ -119,7 +119,6 @@ impl Planner {
     }
 
     /// Bands of the last plan.
-    #[must_use]
     pub fn switching(&self) -> &Switching {
         &self.switching
     }

@@ -29,7 +29,6 @@ pub struct LevelId(pub u16);
 
 impl LevelId {
     /// The index in [`Levels::levels`].
-    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -141,7 +140,6 @@ impl Level {
         level
     }
 
-    /// Sets the attachments of all joints.
     pub(super) fn attach(&mut self, attachments: &[(JointId, Place)]) {
         let places = self.places(attachments.len());
         let attachment = |&(carrier, offset): &(JointId, Place)| Attachment {
@@ -207,7 +205,6 @@ impl Level {
     }
 
     /// Position of a joint in `kept`, or `None` for a removed joint.
-    #[must_use]
     pub fn index_of(&self, joint: JointId) -> Option<usize> {
         self.kept.iter().position(|&kept| kept == joint)
     }
@@ -372,7 +369,6 @@ impl Translations {
     }
 
     /// The position in one frame.
-    #[must_use]
     pub fn at(&self, frame: usize) -> Vec3 {
         match self {
             Self::Fixed(place) => *place,
@@ -457,7 +453,6 @@ pub struct Blend {
 
 impl Levels {
     /// The blend from a level to the next coarser one, or `None` for the last level.
-    #[must_use]
     pub fn blend(&self, level: LevelId) -> Option<Blend> {
         let finer = self.levels.get(level.index())?;
         let coarser = self.levels.get(level.index() + 1)?;
@@ -490,7 +485,6 @@ impl Blend {
 }
 
 /// Converts a joint's transform to a matrix.
-#[must_use]
 pub fn affine(transform: &JointTransform) -> Affine3A {
     Affine3A::from_rotation_translation(transform.rotation, transform.translation)
 }

@@ -200,7 +200,6 @@ impl Switching {
     }
 
     /// One band for each level but the first, at which that level starts.
-    #[must_use]
     pub fn bands(&self) -> &[Band] {
         &self.bands
     }
@@ -211,13 +210,11 @@ impl Switching {
     }
 
     /// Distance beyond which the coarsest level is drawn, in metres: the paper's L, unless bands were moved outwards.
-    #[must_use]
     pub fn furthest(&self) -> f32 {
         self.bands.last().map_or(0.0, |band| band.end)
     }
 
     /// The level and blend at a distance. `before` is the level of the previous frame; it is kept within the hysteresis.
-    #[must_use]
     pub fn choose(&self, distance: f32, before: Option<LevelId>) -> Choice {
         let coarsest = self.bands.partition_point(|band| band.full <= distance);
         let finest = self.bands.partition_point(|band| band.end <= distance);
@@ -322,20 +319,17 @@ impl Default for View {
 
 impl View {
     /// Pixels covered by a length of 1 m at a distance of 1 m.
-    #[must_use]
     pub fn pixels_at_one_metre(self) -> f32 {
         self.height / (2.0 * (0.5 * self.fov).tan())
     }
 
     /// Pixels covered by a length at a distance, both in metres.
-    #[must_use]
     pub fn pixels(self, length: f32, distance: f32) -> f32 {
         length * self.pixels_at_one_metre() / distance
     }
 
     /// Distance at which a length in metres covers a number of pixels, in metres. With a character's height and the size in pixels below
     /// which its motion is not visible, this is the paper's L.
-    #[must_use]
     pub fn distance(self, length: f32, pixels: f32) -> f32 {
         length * self.pixels_at_one_metre() / pixels
     }

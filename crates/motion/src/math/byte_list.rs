@@ -1,63 +1,38 @@
-//! Serializes lists of small values of one size. Binary formats store such a list as one run of bytes, which is read many
+//! Serializes lists of small values of one size. Binary formats store such a list as one run of its bytes in memory, which is read many
 //! times faster than value by value. Human-readable formats store a list of values. For `#[serde(with = "byte_list")]`.
 
 use std::fmt;
 use std::marker::PhantomData;
 
+use bytemuck::Pod;
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A value that is stored in `SIZE` bytes, the same ones on every machine.
-pub trait Bytes<const SIZE: usize>: Copy {
-    /// The bytes of the value.
-    fn to_bytes(self) -> [u8; SIZE];
-    /// The value with these bytes.
-    fn from_bytes(bytes: [u8; SIZE]) -> Self;
-}
-
-impl Bytes<1> for u8 {
-    fn to_bytes(self) -> [u8; 1] {
-        [self]
-    }
-
-    fn from_bytes([byte]: [u8; 1]) -> Self {
-        byte
-    }
-}
-
-impl Bytes<4> for u32 {
-    fn to_bytes(self) -> [u8; 4] {
-        self.to_le_bytes()
-    }
-
-    fn from_bytes(bytes: [u8; 4]) -> Self {
-        Self::from_le_bytes(bytes)
-    }
-}
+#[cfg(target_endian = "big")]
+compile_error!("files hold the bytes of little-endian machines");
 
 /// Writes a list: as bytes, or as a list of values in human-readable formats.
 ///
 /// # Errors
 /// The serializer's errors.
-pub fn serialize<T, S, const SIZE: usize>(list: &[T], serializer: S) -> Result<S::Ok, S::Error>
+pub fn serialize<T, S>(list: &[T], serializer: S) -> Result<S::Ok, S::Error>
 where
-    T: Bytes<SIZE> + Serialize,
+    T: Pod + Serialize,
     S: Serializer,
 {
     if serializer.is_human_readable() {
         return list.serialize(serializer);
     }
-    let bytes: Vec<[u8; SIZE]> = list.iter().map(|value| value.to_bytes()).collect();
-    serializer.serialize_bytes(bytes.as_flattened())
+    serializer.serialize_bytes(bytemuck::cast_slice(list))
 }
 
 /// Reads a list that [`serialize`] wrote.
 ///
 /// # Errors
 /// The number of bytes does not fit the size of a value, or the deserializer's.
-pub fn deserialize<'de, T, D, const SIZE: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
+pub fn deserialize<'de, T, D>(deserializer: D) -> Result<Vec<T>, D::Error>
 where
-    T: Bytes<SIZE> + Deserialize<'de>,
+    T: Pod + Deserialize<'de>,
     D: Deserializer<'de>,
 {
     if deserializer.is_human_readable() {
@@ -66,19 +41,19 @@ where
     deserializer.deserialize_bytes(ByteVisitor(PhantomData))
 }
 
-struct ByteVisitor<T, const SIZE: usize>(PhantomData<T>);
+struct ByteVisitor<T>(PhantomData<T>);
 
-impl<T: Bytes<SIZE>, const SIZE: usize> Visitor<'_> for ByteVisitor<T, SIZE> {
+impl<T: Pod> Visitor<'_> for ByteVisitor<T> {
     type Value = Vec<T>;
 
     fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "bytes, {SIZE} for each value")
+        write!(out, "bytes, {} for each value", size_of::<T>())
     }
 
     fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<T>, E> {
-        let (values, rest) = bytes.as_chunks();
-        if rest.is_empty() {
-            Ok(values.iter().map(|&value| T::from_bytes(value)).collect())
+        let values = bytes.chunks_exact(size_of::<T>());
+        if values.remainder().is_empty() {
+            Ok(values.map(bytemuck::pod_read_unaligned).collect())
         } else {
             Err(E::invalid_length(bytes.len(), &self))
         }

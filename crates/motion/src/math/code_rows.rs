@@ -6,7 +6,6 @@
 use super::Isa;
 use super::isa::on_isa;
 
-/// Number of codes in a row.
 pub(crate) const CODES: usize = 8;
 
 /// Maximum width of a code, in bits.
@@ -27,18 +26,15 @@ pub(crate) struct CodeRow<'a> {
 /// Reads rows. Only [`Isa::read_rows`] creates one, for an instruction set that the machine has.
 pub(crate) trait RowReader: Copy {
     /// The sum of each code and its base.
-    #[must_use]
     fn read(self, row: CodeRow<'_>) -> [f32; CODES];
 
     /// Eight vectors at unit length. They must not be 0.
-    #[must_use]
     #[inline(always)]
     fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES> {
         unit(vectors)
     }
 
     /// Linear interpolation of eight vectors, at unit length. Weight 0 gives `a`.
-    #[must_use]
     #[inline(always)]
     fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES> {
         unit_lerp(a, b, weight)

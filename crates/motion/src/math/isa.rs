@@ -68,7 +68,6 @@ impl Isa {
     }
 
     /// Whether this machine has the instruction set.
-    #[must_use]
     #[inline]
     pub fn is_available(self) -> bool {
         match self {
@@ -132,7 +131,6 @@ pub trait Lookup {
 /// Looks up sixteen words of a table at once. Only [`Isa::look_up`] creates one, for an instruction set that the machine has.
 pub trait Words: Copy {
     /// Words of the table at `places`, 0 for places beyond its end.
-    #[must_use]
     fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16];
 }
 

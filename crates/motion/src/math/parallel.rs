@@ -82,7 +82,6 @@ fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
 }
 
 /// The number of threads for a setting: 0 for as many as the machine has. At most 1024.
-#[must_use]
 pub fn thread_count(setting: usize) -> usize {
     /// More threads would only cost time and memory.
     const MOST_THREADS: usize = 1024;

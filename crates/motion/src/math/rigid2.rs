@@ -46,14 +46,12 @@ impl Rigid2 {
     }
 
     /// Heading in radians, in (-π, π].
-    #[must_use]
     pub fn heading(self) -> f32 {
         self.sin.atan2(self.cos)
     }
 
     /// Whether the rotation has unit length and the translation is at most `furthest` metres long. Checks values that come
     /// from a file.
-    #[must_use]
     pub fn is_sound(self, furthest: f32) -> bool {
         (self.cos * self.cos + self.sin * self.sin - 1.0).abs() < 1e-3
             && self.x.abs() <= furthest
@@ -61,39 +59,18 @@ impl Rigid2 {
     }
 
     /// Cosine of the heading.
-    #[must_use]
     pub fn cos(self) -> f32 {
         self.cos
     }
 
     /// Sine of the heading.
-    #[must_use]
     pub fn sin(self) -> f32 {
         self.sin
     }
 
     /// The translation as a point on the ground.
-    #[must_use]
     pub fn ground(self) -> Vec2 {
         Vec2::new(self.x, self.z)
-    }
-
-    /// `self` after `inner`: a point goes through `inner` first.
-    #[must_use]
-    #[inline]
-    pub fn then_inner(self, inner: Self) -> Self {
-        let (cos, sin) = (
-            self.cos * inner.cos - self.sin * inner.sin,
-            self.sin * inner.cos + self.cos * inner.sin,
-        );
-        let length = (cos * cos + sin * sin).sqrt();
-        let moved = self.point(Vec3::new(inner.x, 0.0, inner.z));
-        Self {
-            cos: cos / length,
-            sin: sin / length,
-            x: moved.x,
-            z: moved.z,
-        }
     }
 
     /// The transform that undoes this one.
@@ -114,13 +91,11 @@ impl Rigid2 {
     }
 
     /// Transforms a point; its height stays.
-    #[must_use]
     pub fn point(self, point: Vec3) -> Vec3 {
         self.vector(point) + Vec3::new(self.x, 0.0, self.z)
     }
 
     /// Turns a direction, without moving it.
-    #[must_use]
     pub fn vector(self, v: Vec3) -> Vec3 {
         Vec3::new(
             self.cos * v.x + self.sin * v.z,
@@ -130,7 +105,6 @@ impl Rigid2 {
     }
 
     /// The rotation about +Y as a quaternion.
-    #[must_use]
     pub fn rotation(self) -> Quat {
         // Cosine and sine of half the heading, the larger one by its root.
         let (y, w) = if self.cos >= 0.0 {
@@ -149,7 +123,18 @@ impl std::ops::Mul for Rigid2 {
     /// `a * b` applies `b` first, as matrices do.
     #[inline]
     fn mul(self, inner: Self) -> Self {
-        self.then_inner(inner)
+        let (cos, sin) = (
+            self.cos * inner.cos - self.sin * inner.sin,
+            self.sin * inner.cos + self.cos * inner.sin,
+        );
+        let length = (cos * cos + sin * sin).sqrt();
+        let moved = self.point(Vec3::new(inner.x, 0.0, inner.z));
+        Self {
+            cos: cos / length,
+            sin: sin / length,
+            x: moved.x,
+            z: moved.z,
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! Rounding that needs no function call on targets without an instruction for it.
 
 /// The whole number at or below `value`: `value.floor() as i32`.
-#[must_use]
 #[inline(always)]
 pub fn floor(value: f32) -> i32 {
     let cut = value as i32;
@@ -9,7 +8,6 @@ pub fn floor(value: f32) -> i32 {
 }
 
 /// The nearest whole number, rounding halves away from 0: `value.round() as i32`.
-#[must_use]
 #[inline(always)]
 pub fn round(value: f32) -> i32 {
     let cut = value as i32;

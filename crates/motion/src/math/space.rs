@@ -63,31 +63,26 @@ impl Space {
     }
 
     /// A length, a speed or an acceleration.
-    #[must_use]
     pub fn length(self, length: f32) -> f32 {
         length * self.unit
     }
 
     /// A direction, without a change of its length.
-    #[must_use]
     pub fn direction(self, direction: Vec3) -> Vec3 {
         self.axes * direction
     }
 
     /// A position, a way or a velocity.
-    #[must_use]
     pub fn point(self, point: Vec3) -> Vec3 {
         self.axes * point * self.unit
     }
 
     /// Sizes along the three axes.
-    #[must_use]
     pub fn sizes(self, sizes: Vec3) -> Vec3 {
         self.axes.abs() * sizes * self.unit
     }
 
     /// A position or a velocity on the ground: the two coordinates that do not point up, in their order.
-    #[must_use]
     pub fn ground(self, point: Vec2) -> Vec2 {
         let [from, to] = self.up;
         let whole = match from {
@@ -102,20 +97,17 @@ impl Space {
     }
 
     /// An angle about the axis that points up. In left-handed spaces it grows clockwise as seen from above.
-    #[must_use]
     pub fn heading(self, heading: f32) -> f32 {
         heading * self.axes.determinant()
     }
 
     /// A rotation: of a joint relative to its parent, or in the world.
-    #[must_use]
     pub fn rotation(self, rotation: Quat) -> Quat {
         let axis = self.axes * rotation.xyz() * self.axes.determinant();
         Quat::from_vec4(axis.extend(rotation.w))
     }
 
     /// The frame of a joint.
-    #[must_use]
     pub fn joint(self, joint: JointTransform) -> JointTransform {
         JointTransform {
             rotation: self.rotation(joint.rotation),
@@ -124,7 +116,6 @@ impl Space {
     }
 
     /// The change as a matrix. The frame `M` of a joint becomes `matrix * M * matrix.inverse()`.
-    #[must_use]
     pub fn matrix(self) -> Mat4 {
         Mat4::from_mat3(self.axes * self.unit)
     }

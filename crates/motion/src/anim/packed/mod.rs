@@ -43,12 +43,10 @@ const MOST_ROOT_BITS: u8 = 24;
 /// Entry of `lane_of` for joints that do not rotate.
 const NO_LANE: u16 = u16::MAX;
 
-/// A compressed clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "StoredPacked", into = "StoredPacked")]
 pub(super) struct PackedClip {
     pub(super) stored: StoredPacked,
-    /// Lane of each joint.
     lane_of: Vec<u16>,
     segments: Vec<Segment>,
     /// Position of the root in each frame, which is read more often than all else.
@@ -139,7 +137,6 @@ impl PackedClip {
         self.stored.moves_joints
     }
 
-    /// Joint of each lane of the rotations.
     pub(super) fn lanes(&self) -> &[u16] {
         &self.stored.lanes
     }

@@ -21,11 +21,9 @@ pub(in crate::anim) struct PackedMoment<'a> {
     pub(super) weight: f32,
 }
 
-/// A frame in the bytes of its segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameBytes<'a> {
     widths: &'a [u8],
-    /// Bases of the rotations.
     bases: &'a [u8],
     /// Bases of the translations and of the root.
     place_bases: &'a [u8],
@@ -67,7 +65,6 @@ impl PackedClip {
 }
 
 impl FrameBytes<'_> {
-    /// The codes of a lane in rows from `first` on.
     #[inline(always)]
     fn codes_of<const ROWS: usize>(&self, first: usize, lane: usize) -> [i32; ROWS] {
         let mut codes = [0; ROWS];
@@ -197,7 +194,6 @@ impl<'a> PackedMoment<'a> {
         Quat::from_xyzw(x, y, z, w)
     }
 
-    /// Writes the whole pose to `out`.
     pub(in crate::anim) fn pose(&self, isa: Isa, out: &mut Pose) {
         let joints = self.clip.joints();
         out.root = self.root();

@@ -33,7 +33,7 @@ impl Scratch {
         let lines = |of| vec![F32x16::ZERO; most(of).unwrap_or_default()];
         let columns = || lines(|bank| bank.column_lines);
         Self {
-            moments: vec![Moments::BLANK; 2 * AHEAD],
+            moments: vec![Moments::default(); 2 * AHEAD],
             models: lines(|bank| (bank.joints.len() + SPARE) * NUMBERS),
             columns: [columns(), columns()],
             spare: lines(|bank| row_lines(bank.joints.len())),

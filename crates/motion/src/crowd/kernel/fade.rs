@@ -14,7 +14,6 @@ use super::write::RunMemory;
 use crate::crowd::keys::level_clips::LevelClips;
 use crate::math::{F32x16, KeyRows, Lanes};
 
-/// The keys that a group reads.
 #[derive(Clone, Copy)]
 struct FadeKeys<'a, L: Lanes> {
     /// Rows of the first clips. `None` if the characters share their loads.

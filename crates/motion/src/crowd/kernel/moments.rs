@@ -51,9 +51,10 @@ pub(crate) fn shows<L: Lanes>(posed: f32, detail: &F32x16, steps: usize) -> bool
 }
 
 /// Classes of the distance between lanes in time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Reach {
     /// Less than [`Lanes::REACH`] intervals.
+    #[default]
     Narrow,
     /// Less than [`Lanes::WIDE_REACH`] intervals.
     Wide,
@@ -116,9 +117,8 @@ pub(crate) fn weights<L: Lanes>(share: L) -> L::Words {
 
 /// Moments of a group's characters in their clips. Lanes are stored as [`F32x16`]s, so that the same memory serves every
 /// instruction set.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moments {
-    /// Index of the group.
     pub(crate) group: usize,
     /// The interval of each character's own clip.
     pub(crate) interval: F32x16,
@@ -139,18 +139,6 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    pub(crate) const BLANK: Self = Self {
-        group: 0,
-        interval: F32x16::ZERO,
-        weights: F32x16::ZERO,
-        starts: [0; F32x16::LANES],
-        stride: 0,
-        places: F32x16::ZERO,
-        reach: Reach::Apart,
-        is_posed: false,
-        is_apart: false,
-    };
-
     /// The window of a part of this group, whose lanes are near each other in time. That of the group that is posed next is prefetched.
     #[inline(always)]
     pub(crate) fn window<'a, L: Lanes, const WIDE: bool>(
@@ -230,7 +218,7 @@ impl Run<'_> {
             let cycle = Cycle::new(L::load(&clips.length, part));
             found[part] = clock.moment(part, self.now, cycle);
         }
-        if !clips.is_even {
+        if clips.is_uneven {
             self.keys.frames.between::<L>(&clips.frames, &mut found);
         }
         for part in 0..L::PARTS {

@@ -14,7 +14,6 @@ pub(crate) trait Source<L: Lanes> {
 
 /// The keys of a level's joints, one joint after the other. Each word has two neighbouring keys.
 pub(crate) trait Columns<L: Lanes> {
-    /// The rotation of the next joint.
     fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4];
 
     /// A quad of the next joint's position; quads are read in order.

@@ -40,7 +40,6 @@ impl RunMemory<'_> {
     }
 }
 
-/// Memory that one group is written to.
 pub(crate) enum GroupMemory<'a> {
     Lines(&'a mut [F32x16]),
     Rows(RowLines<'a>),
@@ -91,7 +90,6 @@ fn stream_blocks<L: Lanes>(models: &[Model], lines: &mut [F32x16]) {
     }
 }
 
-/// Transposes joints to rows.
 #[inline(always)]
 fn write_rows<L: Lanes>(mode: WriteMode, joints: usize, models: &[Model], rows: &mut RowLines<'_>) {
     for line in 0..(joints * NUMBERS).div_ceil(F32x16::LANES) {

@@ -14,7 +14,6 @@ pub struct AnimationSet {
     pub(crate) keys: KeyBank,
     /// The joints of each level, and where their keys are; one entry for each level.
     pub(crate) banks: Vec<LevelClips>,
-    /// Range of keys of each clip.
     pub(crate) ranges: Vec<ClipRange>,
     /// Duration of each clip, in seconds.
     durations: Vec<f32>,
@@ -78,42 +77,35 @@ impl AnimationSet {
 
     /// The joints of a level in the order in which they are written: parents first, breadth-first. It is not the skeleton's
     /// order. A level beyond the last is the last one.
-    #[must_use]
     pub fn joint_ids(&self, level: LevelId) -> &[JointId] {
         &self.bank(level).kept
     }
 
     /// For each joint of the skeleton, in its order, the index of the joint that draws it on a level: its own while it is
     /// kept, else the one that carries it. For [`PoseSlice::copy_joints`](crate::crowd::PoseSlice::copy_joints).
-    #[must_use]
     pub fn skeleton_order(&self, level: LevelId) -> &[u16] {
         &self.bank(level).carriers
     }
 
     /// Number of clips.
-    #[must_use]
     pub fn clips(&self) -> usize {
         self.durations.len()
     }
 
     /// Number of levels.
-    #[must_use]
     pub fn levels(&self) -> usize {
         self.banks.len()
     }
 
     /// Number of joints that a level keeps. A level beyond the last is the last one.
-    #[must_use]
     pub fn joints(&self, level: LevelId) -> usize {
         self.bank(level).joints.len()
     }
 
-    /// The level that is played for `level`.
     fn bank(&self, level: LevelId) -> &LevelClips {
         &self.banks[level.min(self.last()).index()]
     }
 
-    /// The coarsest level.
     pub(crate) fn last(&self) -> LevelId {
         LevelId((self.banks.len() - 1) as u16)
     }
@@ -123,13 +115,11 @@ impl AnimationSet {
     }
 
     /// Time from the first frame of a clip to its last, in seconds; `None` where there is no such clip.
-    #[must_use]
     pub fn duration(&self, clip: ClipId) -> Option<f32> {
         self.durations.get(clip.index()).copied()
     }
 
     /// Size of all keys, in bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         self.keys.bytes()
     }

@@ -130,7 +130,6 @@ impl Cycle<f32> {
         }
     }
 
-    /// The same cycle in all lanes.
     #[inline(always)]
     pub(crate) fn lanes<L: Lanes>(self) -> Cycle<L> {
         Cycle {
@@ -183,12 +182,10 @@ impl<L: Lanes> Cycle<L> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FrameKeys(Vec<KeysOfFrame>);
 
-/// The keys from a frame to the next one.
 #[derive(Clone, Copy, Debug)]
 struct KeysOfFrame {
     /// Index of the first key in its clip.
     first: f32,
-    /// Number of keys.
     count: f32,
 }
 

@@ -9,14 +9,12 @@ use super::clip_times::{ClipRange, FrameKeys};
 use super::tracks::{Keys, Place, Tracks};
 use crate::math::{KeyPlace, KeyUnit, sorted_indices};
 
-/// The keys of all clips.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KeyBank {
     /// Columns of all clips, one after the other.
     pub(crate) columns: Vec<i16>,
     /// Rows of all clips, one after the other.
     pub(crate) rows: Vec<KeyUnit>,
-    /// Number of columns of a clip.
     column_count: usize,
     /// Number of [`KeyUnit`]s of a row.
     pub(crate) row_units: usize,
@@ -154,7 +152,6 @@ fn fill_row(keys: &Keys, place: Place, key: usize, row: &mut [i16]) {
 /// A unit of a row, and the columns of a group that its quads become.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UnitRead {
-    /// Index of the unit in a row.
     pub(crate) unit: usize,
     /// Which of its two quads are wanted.
     pub(crate) wanted: [bool; 2],

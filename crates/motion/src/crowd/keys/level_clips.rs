@@ -42,7 +42,6 @@ pub(crate) struct LevelClips {
     pub(crate) steps: Vec<Vec<Blend>>,
 }
 
-/// Number of units in a cache line.
 const LINE_UNITS: usize = 64 / size_of::<KeyUnit>();
 
 impl LevelClips {

@@ -95,7 +95,6 @@ fn quantise(motion: &LevelMotion, tracks: &[usize], keys_of_frames: &[u32], keys
 }
 
 impl Keys {
-    /// The position of one key.
     pub(crate) fn place(&self, key: usize) -> Vec3 {
         self.places[key.min(self.places.len() - 1)]
     }
@@ -191,7 +190,6 @@ struct TrackId {
     parent: Option<JointId>,
 }
 
-/// The tracks of all levels and clips.
 #[derive(Debug, Default)]
 pub(crate) struct Tracks {
     ids: Vec<TrackId>,
@@ -298,7 +296,6 @@ impl Tracks {
         }
     }
 
-    /// Number of tracks.
     pub(crate) fn len(&self) -> usize {
         self.ids.len()
     }

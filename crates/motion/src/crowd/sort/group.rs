@@ -16,7 +16,6 @@ pub(crate) const MOST_LATE: usize = 16;
 /// The slot of a character that is in no group.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
-/// A lane of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Slot {
     pub(crate) group: usize,
@@ -24,7 +23,6 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
-    /// The slot with a number.
     pub(crate) fn from_number(number: u32) -> Self {
         let number = number as usize;
         Self {
@@ -113,8 +111,7 @@ pub(crate) struct GroupCold {
     pub(crate) fade: FadeLines,
 }
 
-/// One clip for each lane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LaneRanges {
     /// For each lane, number of rows of all clips before the character's own.
     pub(crate) rows: [u32; F32x16::LANES],
@@ -122,12 +119,12 @@ pub(crate) struct LaneRanges {
     pub(crate) frames: [u32; F32x16::LANES],
     /// Number of intervals between frames of each clip.
     pub(crate) length: F32x16,
-    /// Whether each of these clips has one key per frame.
-    pub(crate) is_even: bool,
+    /// Whether one of these clips does not have one key per frame.
+    pub(crate) is_uneven: bool,
 }
 
 /// Second clips. For a character without one, its own clip with a weight of 0.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct FadeLines {
     pub(crate) weight: F32x16,
     pub(crate) clock: Clock,
@@ -136,16 +133,6 @@ pub(crate) struct FadeLines {
 
 impl Group {
     pub(crate) const NOBODY: u32 = u32::MAX;
-
-    pub(crate) const EMPTY: Self = Self {
-        clock: Clock::STOPPED,
-        cos: F32x16([1.0; F32x16::LANES]),
-        sin: F32x16::ZERO,
-        x: F32x16::ZERO,
-        y: F32x16::ZERO,
-        z: F32x16::ZERO,
-        detail: F32x16::ZERO,
-    };
 
     /// Writes a character and its own clip into a lane.
     pub(crate) fn write(&mut self, lane: usize, state: &CharacterState, clip: &LaneClip<'_>) {
@@ -156,13 +143,6 @@ impl Group {
         self.y.0[lane] = state.y;
         self.z.0[lane] = state.z;
         self.detail.0[lane] = state.detail;
-    }
-
-    /// Copies everything that a lane holds to another lane.
-    pub(crate) fn copy_lane(&mut self, from: usize, to: usize) {
-        for line in bytemuck::cast_slice_mut::<Self, F32x16>(std::slice::from_mut(self)) {
-            line.0[to] = line.0[from];
-        }
     }
 
     #[inline(always)]
@@ -178,17 +158,15 @@ impl Group {
 }
 
 impl GroupCold {
-    pub(crate) const EMPTY: Self = Self {
-        kind: GroupKind {
-            level: LevelId(0),
-            near: None,
-            fades: false,
-        },
-        offset: 0,
-        ids: [Group::NOBODY; F32x16::LANES],
-        own: LaneRanges::EMPTY,
-        fade: FadeLines::EMPTY,
-    };
+    pub(crate) fn empty(kind: GroupKind, offset: usize) -> Self {
+        Self {
+            kind,
+            offset,
+            ids: [Group::NOBODY; F32x16::LANES],
+            own: LaneRanges::zeroed(),
+            fade: FadeLines::zeroed(),
+        }
+    }
 
     /// Writes a character's own clip into a lane, and its second clip if the group cross-fades.
     pub(crate) fn write(&mut self, lane: usize, [own, fade]: &[LaneClip<'_>; 2]) {
@@ -197,70 +175,29 @@ impl GroupCold {
             self.fade.write(lane, fade);
         }
     }
-
-    /// Copies everything that a lane holds to another lane.
-    pub(crate) fn copy_lane(&mut self, from: usize, to: usize) {
-        self.own.copy_lane(from, to);
-        self.fade.copy_lane(from, to);
-    }
 }
 
 impl LaneRanges {
-    const EMPTY: Self = Self {
-        rows: [0; F32x16::LANES],
-        frames: [0; F32x16::LANES],
-        length: F32x16([1.0; F32x16::LANES]),
-        is_even: true,
-    };
-
     fn write(&mut self, lane: usize, range: &ClipRange) {
         self.rows[lane] = range.row as u32;
         self.frames[lane] = range.frame as u32;
         self.length.0[lane] = range.frames as f32;
-        self.is_even &= range.is_even();
-    }
-
-    fn copy_lane(&mut self, from: usize, to: usize) {
-        self.rows[to] = self.rows[from];
-        self.frames[to] = self.frames[from];
-        self.length.0[to] = self.length.0[from];
+        self.is_uneven |= !range.is_even();
     }
 }
 
 impl FadeLines {
-    const EMPTY: Self = Self {
-        weight: F32x16::ZERO,
-        clock: Clock::STOPPED,
-        clips: LaneRanges::EMPTY,
-    };
-
     fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
         self.weight.0[lane] = clip.weight;
         self.clock.write(lane, clip);
         self.clips.write(lane, clip.range);
     }
-
-    fn copy_lane(&mut self, from: usize, to: usize) {
-        self.weight.0[to] = self.weight.0[from];
-        self.clock.copy_lane(from, to);
-        self.clips.copy_lane(from, to);
-    }
 }
 
 impl Clock {
-    const STOPPED: Self = Self {
-        start: F32x16::ZERO,
-        speed: F32x16::ZERO,
-    };
-
     fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
         self.start.0[lane] = clip.start;
         self.speed.0[lane] = clip.range.per_second(clip.speed) as f32;
-    }
-
-    fn copy_lane(&mut self, from: usize, to: usize) {
-        self.start.0[to] = self.start.0[from];
-        self.speed.0[to] = self.speed.0[from];
     }
 
     #[inline(always)]

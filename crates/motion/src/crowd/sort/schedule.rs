@@ -1,5 +1,7 @@
 //! The groups of a crowd, and their positions in the output.
 
+use bytemuck::Zeroable;
+
 use super::group::{Bucket, Group, GroupCold, GroupKind, MOST_LATE, NOWHERE, Slot};
 use crate::anim::ClipId;
 use crate::crowd::character::CharacterState;
@@ -95,13 +97,9 @@ impl Schedule {
                 lines,
             }),
         }
-        self.groups.push(Group::EMPTY);
+        self.groups.push(Group::zeroed());
         self.near.push(near);
-        self.cold.push(GroupCold {
-            kind,
-            offset: self.lines,
-            ..GroupCold::EMPTY
-        });
+        self.cold.push(GroupCold::empty(kind, self.lines));
         self.lines += lines;
         for (lane, &id) in ids.iter().enumerate() {
             // Unused lanes repeat the first character.
@@ -140,7 +138,6 @@ impl Schedule {
     }
 }
 
-/// Reserves memory for `count` items in all.
 fn reserve<T>(items: &mut Vec<T>, count: usize) {
     items.reserve(count.saturating_sub(items.len()));
 }
@@ -190,10 +187,16 @@ impl Schedule {
         let Slot { group, lane } = slot;
         self.cold[group].ids[lane] = Group::NOBODY;
         self.rows.remove(slot.number() as usize);
-        let stays = |&id: &u32| id != Group::NOBODY;
-        if let Some(other) = self.cold[group].ids.iter().position(stays) {
-            self.groups[group].copy_lane(other, lane);
-            self.cold[group].copy_lane(other, lane);
+        let stays = |(_, id): &(usize, u32)| {
+            let state = sorting.states.get(*id as usize);
+            state.is_some_and(|state| !state.is_late)
+        };
+        let mut others = self.cold[group].ids.into_iter().enumerate();
+        if let Some((other, id)) = others.find(stays) {
+            let detail = self.groups[group].detail.0[other];
+            let state = &sorting.states[id as usize];
+            self.write(slot, state, sorting.animations, sorting.base);
+            self.groups[group].detail.0[lane] = detail;
         }
     }
 

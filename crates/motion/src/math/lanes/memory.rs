@@ -12,9 +12,7 @@ use super::F32x16;
 pub(crate) struct KeyUnit(pub(crate) [i16; KeyUnit::KEYS]);
 
 impl KeyUnit {
-    /// Number of keys of a quad.
     pub(crate) const QUAD: usize = 4;
-    /// Number of keys of a unit.
     pub(crate) const KEYS: usize = 2 * Self::QUAD;
 }
 
@@ -28,7 +26,6 @@ pub(crate) struct KeyPlace {
 }
 
 impl KeyPlace {
-    /// The position in the columns from `column` on.
     #[inline(always)]
     pub(crate) fn column(self, column: usize) -> Self {
         let first = self.first.wrapping_add(column.wrapping_mul(self.stride));
@@ -47,9 +44,7 @@ pub(crate) struct KeyColumns<'a> {
 }
 
 impl<'a> KeyColumns<'a> {
-    /// Number of keys of a window.
     pub(crate) const WINDOW: usize = 2 * F32x16::LANES;
-    /// Number of keys of a wide window.
     pub(crate) const WIDE_WINDOW: usize = 2 * Self::WINDOW;
 
     /// The windows of `N` columns. Prefetches those that are read next, which are too far apart for hardware to predict.
@@ -204,7 +199,6 @@ impl DistinctRows {
         self.is_used.resize(rows, false);
     }
 
-    /// Reserves memory for `positions` positions and `rows` rows.
     pub(crate) fn reserve(&mut self, positions: usize, rows: usize) {
         self.rows.reserve(positions.saturating_sub(self.rows.len()));
         self.is_used

@@ -96,7 +96,7 @@ macro_rules! fours {
 use fours;
 
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct F32x16(pub [f32; F32x16::LANES]);
 
