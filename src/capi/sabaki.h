@@ -276,7 +276,7 @@ typedef struct sabaki_game_settings {
     float steer_gain;          /* least gain of a jump; 1 is about 8 cm of travel in 0.2 s. Default 1.5 */
     float steer_slowest;       /* playback rate, 0.1 to 10; strides get shorter below. Default 0.7 */
     float steer_fastest;       /* playback rate, from the slowest to 10. Default 1.25 */
-    float steer_turn;          /* most turn that is added to a walk, rad/s, at most 100. Default 2.6 */
+    float steer_turn;          /* most turn that is added to a walk, rad/s, at most 100. Default 3.5 */
     float steer_standing_turn; /* the same where it stands. Default 0.8 */
     float steer_jump_turn;     /* most turn that a jump adds, radians, at most 10. Default 0.1 */
     float steer_clearance;     /* from obstacles to the root on the ground, metres, at most 100. Default 0.45 */
