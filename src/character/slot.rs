@@ -178,12 +178,15 @@ pub(super) fn most_urgent(slots: &[Mutex<Slot>], most: usize, out: &mut Vec<Urge
 pub(super) struct Due {
     /// Time until the search, in seconds; below 0 for one that waits.
     seconds: f32,
+    /// Whether it waits for longer than it takes from one search to the next.
+    is_overdue: bool,
     cost: usize,
     index: usize,
 }
 
 /// Chooses the characters that may search in a step: those that wait longest, until `least` searches are reached or as many as keep up with
-/// all characters that search each [`SteerSettings::interval`](super::SteerSettings::interval).
+/// all characters that search each [`SteerSettings::interval`](super::SteerSettings::interval). Those in blends, who do not search, count only
+/// where others have waited for too long.
 pub(super) fn share_searches(
     kinds: &[Kind],
     slots: &mut [Mutex<Slot>],
@@ -191,35 +194,40 @@ pub(super) fn share_searches(
     least: usize,
     due: &mut Vec<Due>,
 ) {
-    let mut keeps_up = 0.0;
+    let (mut of_free, mut of_all) = (0.0, 0.0);
     due.clear();
     for (index, slot) in slots.iter_mut().enumerate() {
         let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let state = slot.state.as_deref();
-        let state = state.filter(|state| !state.is_released && state.may_search());
+        let state = slot.state.as_deref().filter(|state| !state.is_released);
         let next = state.and_then(|state| Some((state.steer.next_search()?, state)));
         slot.may_search = false;
         let Some((seconds, state)) = next else {
             continue;
         };
-        keeps_up += dt / slot.kind.of(kinds).settings.steer.interval;
+        let interval = slot.kind.of(kinds).settings.steer.interval;
+        of_all += dt / interval;
+        if !state.may_search() {
+            continue;
+        }
+        of_free += dt / interval;
         if seconds <= dt {
-            let cost = state.steer.search_cost();
             due.push(Due {
                 seconds,
-                cost,
+                is_overdue: seconds < -interval,
+                cost: state.steer.search_cost(),
                 index,
             });
         }
     }
-    let mut left = least.max(keeps_up.ceil() as usize);
+    let [most, most_overdue] = [of_free, of_all].map(|count: f32| least.max(count.ceil() as usize));
     due.sort_unstable_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.index.cmp(&b.index)));
+    let mut searches = 0;
     for one in due {
-        let slot = slots[one.index].get_mut();
-        slot.unwrap_or_else(PoisonError::into_inner).may_search = true;
-        left = left.saturating_sub(one.cost);
-        if left == 0 {
+        if searches >= if one.is_overdue { most_overdue } else { most } {
             return;
         }
+        let slot = slots[one.index].get_mut();
+        slot.unwrap_or_else(PoisonError::into_inner).may_search = true;
+        searches += one.cost;
     }
 }
