@@ -1,8 +1,9 @@
 //! The motion graph: nodes, edges, clips and events, and their indices.
 
 pub use crate::anim::ClipId;
-use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
+use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Knee, Leg, Pose, Rig, Skeleton};
 use crate::math::{Rigid2, in_parallel, sorted_indices};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -155,9 +156,13 @@ pub struct MotionGraph {
     pub(crate) rig: KnownRig,
 }
 
-/// The skeleton's [`Rig`], computed on first use. It is derived from the skeleton, so it is ignored by comparisons.
+/// The skeleton's [`Rig`] and the hinges of its knees, computed on first use. They are derived from skeleton and clips, so they are ignored by
+/// comparisons.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct KnownRig(OnceLock<Rig>);
+pub(crate) struct KnownRig {
+    rig: OnceLock<Rig>,
+    hinges: OnceLock<Vec<Vec3>>,
+}
 
 impl PartialEq for KnownRig {
     fn eq(&self, _: &Self) -> bool {
@@ -211,7 +216,46 @@ impl MotionGraph {
     /// Trunk and limbs of the skeleton.
     #[must_use]
     pub(crate) fn rig(&self) -> &Rig {
-        self.rig.0.get_or_init(|| Rig::of(&self.skeleton))
+        self.rig.rig.get_or_init(|| {
+            let mut rig = Rig::of(&self.skeleton);
+            for (index, leg) in self.feet.legs.iter().enumerate() {
+                rig.set_knee(leg.hip, self.knee(index));
+            }
+            rig
+        })
+    }
+
+    /// How the knee of a leg bends. Only a toe tells where a straight one bends to; without it the clips do.
+    pub(crate) fn knee(&self, leg: usize) -> Knee {
+        match self.feet.legs[leg].toe {
+            Some(_) => Knee::InPlane,
+            None => Knee::Forward(self.knee_hinges()[leg]),
+        }
+    }
+
+    /// Axis about which the knee of each leg bends in the clips, in the hip's frame, as from [`Leg::knee_hinge`]; zero if it hardly does.
+    pub(crate) fn knee_hinges(&self) -> &[Vec3] {
+        /// Every so many frames are looked at.
+        const EVERY: usize = 4;
+        /// Mean sine of the flexion from which on the axis is known.
+        const BENT: f32 = 0.1;
+        self.rig.hinges.get_or_init(|| {
+            let legs = &self.feet.legs;
+            let (mut sums, mut count) = (vec![Vec3::ZERO; legs.len()], 0.0);
+            let mut pose = Pose::default();
+            for clip in &self.clips {
+                for frame in (0..clip.frames()).step_by(EVERY) {
+                    clip.pose(frame, &mut pose);
+                    count += 1.0;
+                    for (sum, leg) in sums.iter_mut().zip(legs) {
+                        *sum += leg.knee_hinge(&self.skeleton, &pose);
+                    }
+                }
+            }
+            let known = |sum: &Vec3| sum.length() > BENT * count;
+            let hinge = |sum: Vec3| Some(sum).filter(known).map_or(Vec3::ZERO, Vec3::normalize);
+            sums.into_iter().map(hinge).collect()
+        })
     }
 
     /// Skeleton of all clips.
@@ -588,5 +632,41 @@ impl LegBlend {
             && self.land > self.leave
             && self.land <= frames as f32
             && (0.0..=furthest).contains(&self.lift)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Bend, KneeLimit};
+    use crate::query::fixture::baked;
+
+    #[test]
+    fn a_straight_leg_without_a_toe_bends_as_its_knee_does_in_the_clips() {
+        let mut graph = baked().graph().clone();
+        graph.rig = KnownRig::default();
+        graph.feet.legs.iter_mut().for_each(|leg| leg.toe = None);
+        let rig = graph.rig();
+        for (limb, leg) in graph.feet.legs.iter().enumerate() {
+            let mut pose = Pose::default();
+            graph.clip(ClipId(0)).pose(0, &mut pose);
+            let bends = |pose: &Pose| leg.knee_hinge(&graph.skeleton, pose);
+            let bent = bends(&pose);
+            assert!(bent.dot(graph.knee_hinges()[limb]) > 0.9 * bent.length());
+            // A little to the wrong side: all that a plane could tell is rounding.
+            let straight = KneeLimit {
+                hinge: -bent.normalize(),
+                flexion: 0.002,
+            };
+            leg.limit_knee(&graph.skeleton, &mut pose, straight);
+            assert!(bends(&pose).dot(bent) < 0.0);
+            let mut bend = Bend::default();
+            bend.ends[limb] = Vec3::Y * 0.1;
+            bend.apply(graph.rigged_skeleton(), 1.0, &mut pose);
+            let now = bends(&pose);
+            assert!(now.length() > 0.3, "{now}");
+            assert!(now.dot(bent) > 0.8 * now.length() * bent.length(), "{now}");
+            assert_ne!(rig.knee(limb), Knee::InPlane);
+        }
     }
 }

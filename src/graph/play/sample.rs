@@ -262,7 +262,7 @@ impl MotionGraph {
             // leg.
             let level = out.root.y;
             out.root.y -= root_drop;
-            leg.reach(&self.skeleton, out, foot);
+            leg.reach_by_knee(&self.skeleton, out, foot, self.knee(index));
             out.root.y = level;
         }
         out.root.y -= root_drop;

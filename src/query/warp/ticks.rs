@@ -174,6 +174,7 @@ impl Tick {
             return *known;
         }
         let skeleton = baked.graph().skeleton();
+        let knee = baked.graph().rig().knee(limb);
         let Self {
             pose,
             joints,
@@ -190,7 +191,7 @@ impl Tick {
                 translation: end.translation + by,
                 ..end
             };
-            leg.reach(skeleton, pose, end);
+            leg.reach_by_knee(skeleton, pose, end, knee);
             let solved = parts.map(|part| pose.rotations[part]);
             set(pose, parts, kept);
             solved

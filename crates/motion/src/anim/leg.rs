@@ -190,9 +190,10 @@ impl<L: Fn(JointId) -> (Quat, Vec3)> Chain<'_, L> {
 }
 
 /// The direction in which [`Leg::reach_by_knee`] bends a knee.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Knee {
     /// The knee bends in its present plane. A straight leg bends towards where the foot points.
+    #[default]
     InPlane,
     /// The knee bends in its present plane if it is clearly bent, otherwise about this axis in the hip's frame. If the axis
     /// is zero, the direction of the foot determines the plane.

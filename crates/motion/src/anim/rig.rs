@@ -1,7 +1,7 @@
 //! The joints of the trunk and the limbs, which a [`Warp`](super::Warp) may move.
 
 use super::limbs::Limbs;
-use super::{JointId, Leg, Pose, Skeleton};
+use super::{JointId, Knee, Leg, Pose, Skeleton};
 use glam::{Quat, Vec3};
 
 /// Trunk and limbs of a skeleton, identified by the names and the hierarchy of its joints. Parts that are not identified are empty.
@@ -11,6 +11,8 @@ pub struct Rig {
     spine: Vec<JointId>,
     /// Legs, then arms.
     limbs: [Option<Leg>; Self::LIMBS],
+    /// How each limb bends.
+    knees: [Knee; Self::LIMBS],
     parts: Vec<Part>,
 }
 
@@ -66,6 +68,7 @@ impl Rig {
                 limb(&arms, 0),
                 limb(&arms, 1),
             ],
+            knees: [Knee::InPlane; Self::LIMBS],
             parts: Vec::new(),
         };
         rig.parts = skeleton
@@ -84,6 +87,20 @@ impl Rig {
     #[must_use]
     pub fn limbs(&self) -> &[Option<Leg>; Self::LIMBS] {
         &self.limbs
+    }
+
+    /// How the knee or elbow of a limb bends. Default: in its plane.
+    pub fn knee(&self, limb: usize) -> Knee {
+        self.knees[limb]
+    }
+
+    /// Lets the legs whose hip is a joint bend in another way.
+    pub fn set_knee(&mut self, hip: JointId, knee: Knee) {
+        for (limb, known) in self.limbs.iter().zip(&mut self.knees) {
+            if limb.is_some_and(|limb| limb.hip == hip) {
+                *known = knee;
+            }
+        }
     }
 
     /// Both legs, or `None` if the skeleton does not have exactly two.

@@ -131,7 +131,8 @@ impl Bend {
         for (limb, foot) in feet.into_iter().enumerate() {
             if let (Some(leg), Some(foot)) = (rig.limbs()[limb], foot) {
                 let foot = moved(foot, self.ends[limb] * weight);
-                missed = missed.max(leg.reach(skeleton, pose, foot));
+                let knee = rig.knee(limb);
+                missed = missed.max(leg.reach_by_knee(skeleton, pose, foot, knee));
             }
         }
         for limb in Rig::LEGS..Rig::LIMBS {
