@@ -69,7 +69,7 @@ pub(crate) fn fight(baked: &Arc<BakedGraph>, args: &FightArgs) -> Result<Fought,
     }
     bar.finish_and_clear();
     if let Some(folder) = &args.export {
-        fight.export(folder).map_err(usage)?;
+        fight.export(folder).map_err(Failure::file(folder))?;
     }
     Ok(Fought { fight, is_whole })
 }
