@@ -27,7 +27,7 @@ pub(crate) struct FightArgs {
     /// Initial distance between the characters, in metres.
     #[arg(long, value_name = "METRES", default_value_t = APART, value_parser = number(0.3..=6.0))]
     apart: f32,
-    /// Write what both played to this folder, as BVH at 60 Hz.
+    /// Writes what both played to this folder, as BVH at 60 Hz.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
 }

@@ -58,8 +58,8 @@ fn a_file_of_each_kind_that_is_wrong() {
     for (args, words) in cases {
         sabaki(&folder, args).is_refused(words);
     }
-    let all = "bake cut.bvh plain.bvh --out g.sabaki";
-    sabaki(&folder, all).is_misused(&["cut.bvh", "plain.bvh", "2 of 2 files", "see --retarget"]);
+    let all = "bake cut.bvh bad.glb --out g.sabaki";
+    sabaki(&folder, all).is_misused(&["cut.bvh", "bad.glb", "2 of 2 files", "see --retarget"]);
     assert!(!folder.path().join("g.sabaki").exists());
 }
 

@@ -23,7 +23,7 @@ pub(crate) struct ReadArgs {
     /// Up axis of the files: x, y, z, -x, -y or -z. Default: y, or the axis along which the figure stands.
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     up: Option<sabaki_import::Up>,
-    /// Frame rate of AMC files, in frames per second. Default: that which the file names, or 120.
+    /// Frame rate of AMC files, in frames per second. Default: the rate that the file names, or 120.
     #[arg(long, value_name = "HZ")]
     amc_rate: Option<f64>,
 }
@@ -64,11 +64,11 @@ pub(crate) struct ClipArgs {
     pub(crate) joints: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
-    /// Leaves out files that cannot be read, and files of other skeletons than the largest group's, and reports them (exit code 3
-    /// of `bake`). Default: all such files are listed and nothing is baked.
+    /// Leaves out files that cannot be read, and files whose skeleton is not that of most files, and lists them (exit code 3
+    /// of `bake`). Default: such files are errors, and nothing is baked.
     #[arg(long)]
     pub(crate) keep_going: bool,
-    /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, and says what this costs.
+    /// Puts motions of other skeletons on the skeleton of most files, by the joints' names, and prints what this costs.
     #[arg(long)]
     pub(crate) retarget: bool,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in metres. Default: 0.1, but a clip that
