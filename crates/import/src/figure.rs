@@ -339,12 +339,12 @@ impl ClipSet {
                 let whole = whole_frames(&self.skeleton, clip);
                 // A figure that is small in all frames is what somebody wants.
                 if whole.len() > 1 {
-                    self.keep_frames(index, whole, "show no body, but joints in one place")?;
+                    self.keep_frames(index, whole, "which show no body, but joints in one place")?;
                 }
             }
             let clip = &self.clips[index];
             let kept = without_rest(&self.skeleton, clip);
-            self.keep_frames(index, kept, "are a pose of rest with the arms held apart")?;
+            self.keep_frames(index, kept, "a pose of rest with the arms held apart")?;
         }
         Ok(())
     }
@@ -354,22 +354,26 @@ impl ClipSet {
         &mut self,
         index: usize,
         kept: Range<usize>,
-        others: &str,
+        what: &str,
     ) -> Result<(), ClipError> {
         let clip = &self.clips[index];
         let frames = clip.frames();
         if kept.len() == frames {
             return Ok(());
         }
+        let at = |place: &str, count: usize| match count {
+            1 => format!("the {place} frame"),
+            _ => format!("the {place} {count} frames"),
+        };
         let left_out = match (kept.start, frames - kept.end) {
-            (first, 0) => format!("the first {first} frames"),
-            (0, last) => format!("the last {last} frames"),
+            (first, 0) => at("first", first),
+            (0, last) => at("last", last),
             (first, last) => format!("the first {first} and the last {last} frames"),
         };
         let rate = clip.frame_rate();
         let seconds = (frames - kept.len()) as f64 / rate;
         self.warnings.push(format!(
-            "{}: {left_out} ({seconds:.2} s) {others}, and are left out",
+            "{}: left out: {left_out} ({seconds:.2} s), {what}",
             clip.name()
         ));
         let pose = |frame: usize, pose: &mut Pose| clip.pose(kept.start + frame, pose);

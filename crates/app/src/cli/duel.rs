@@ -27,7 +27,7 @@ pub(crate) struct FightArgs {
     /// Initial distance between the characters, in metres.
     #[arg(long, value_name = "METRES", default_value_t = APART, value_parser = number(0.3..=6.0))]
     apart: f32,
-    /// Write what both played to this folder, as BVH at 60 Hz.
+    /// Writes what both played to this folder, as BVH at 60 Hz.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
 }
@@ -69,7 +69,7 @@ pub(crate) fn fight(baked: &Arc<BakedGraph>, args: &FightArgs) -> Result<Fought,
     }
     bar.finish_and_clear();
     if let Some(folder) = &args.export {
-        fight.export(folder).map_err(usage)?;
+        fight.export(folder).map_err(Failure::file(folder))?;
     }
     Ok(Fought { fight, is_whole })
 }

@@ -138,10 +138,9 @@ impl Explained<'_> {
             describe_edge(self.baked, playhead.edge),
             playhead.frame,
             playhead.seconds_to_next_node(graph),
-            // Prints 0 rather than -0.
-            place.x + 0.0,
-            place.z + 0.0,
-            place.heading().to_degrees(),
+            rounded(place.x, 0.01),
+            rounded(place.z, 0.01),
+            rounded(place.heading().to_degrees(), 1.0),
         );
         for (number, sphere) in self.throw.attack.spheres().iter().enumerate() {
             let ends = [&sphere.keys()[0], &sphere.keys()[sphere.keys().len() - 1]];
@@ -151,9 +150,8 @@ impl Explained<'_> {
             });
             let _ = writeln!(
                 text,
-                "attack    sphere {number}: radius {:.2} m, {} keys, from {from} to {to}",
+                "attack    sphere {number}: radius {:.2} m, {from} to {to}",
                 ends[0].radius,
-                sphere.keys().len(),
             );
         }
         let counts = answer.counts;
@@ -326,6 +324,11 @@ fn describe_path(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) 
         return "continued motion".to_owned();
     }
     words.join(", ")
+}
+
+/// A number in whole units, and 0 rather than -0.
+fn rounded(value: f32, unit: f32) -> f32 {
+    (value / unit).round() * unit + 0.0
 }
 
 /// Shortens a text by leaving out its middle.

@@ -157,7 +157,7 @@ impl MotionFile {
             );
         }
         let scale = self.first().scale;
-        let (unit, found) = (scale.metres_per_unit, reason(scale.found));
+        let (unit, found) = (scale.metres_per_unit as f32, reason(scale.found));
         let _ = writeln!(text, "1 unit is {unit} m: {found}");
         if !self.above().is_empty() {
             let above = self.above().join(", ");

@@ -266,8 +266,8 @@ impl Report {
     /// The report as text.
     fn describe(&self) -> String {
         let mut text = format!(
-            "{} clips, {:.1} s; {} joints, {:.2} m high\n",
-            self.clips.len(),
+            "{}, {:.1} s; {} joints, {:.2} m high\n",
+            output::counted(self.clips.len(), "clip"),
             self.seconds(),
             self.skeleton.len(),
             self.stature

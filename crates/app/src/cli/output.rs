@@ -63,6 +63,8 @@ impl Done {
 pub(crate) enum Failure {
     #[error(transparent)]
     Read(#[from] ReadError),
+    #[error("{0}; see --retarget and --keep-going")]
+    Clips(ReadError),
     #[error(transparent)]
     Archive(#[from] archive::ArchiveError),
     #[error(transparent)]
@@ -165,7 +167,9 @@ impl Failure {
             let text = text.to_string().replace(char::is_control, " ");
             notice(&text);
         };
-        if let Self::Read(ReadError::Files { errors, .. }) = self {
+        if let Self::Read(error) | Self::Clips(error) = self
+            && let ReadError::Files { errors, .. } = error
+        {
             errors.iter().for_each(|error| line(error));
         }
         if let Self::Shards { lacking, .. } = self {
@@ -261,6 +265,11 @@ pub(crate) fn table(head: &[&str], left: usize) -> Table {
         });
     }
     table
+}
+
+/// A number of things, as `1 clip` or `2 clips`.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A heading, and what stands below it.

@@ -241,7 +241,7 @@ impl Fight {
     ///
     /// # Errors
     /// Those of the file system.
-    pub fn export(&self, folder: &Path) -> Result<(), PlayError> {
+    pub fn export(&self, folder: &Path) -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
         let graph = self.game.baked().graph();
         for (fighter, name) in ["white", "blue"].into_iter().enumerate() {

@@ -7,6 +7,8 @@ mod recording;
 mod steering;
 mod threats;
 
+use std::path::PathBuf;
+
 use glam::Vec3;
 use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterError, CharacterId, Characters, Threat};
@@ -31,8 +33,13 @@ pub enum PlayError {
     #[error(transparent)]
     Obstacle(#[from] ObstacleError),
     /// A recording that was not written.
-    #[error(transparent)]
-    File(#[from] std::io::Error),
+    #[error("{}: {error}", place.display())]
+    File {
+        /// The file or folder.
+        place: PathBuf,
+        /// The reason.
+        error: std::io::Error,
+    },
 }
 
 /// Duration of a frame, in seconds.

@@ -54,20 +54,25 @@ impl Scenarios {
         let mut found = Vec::new();
         for (kind, name, count) in KINDS {
             let folder = folder.join(name);
-            std::fs::create_dir_all(&folder)?;
+            let failed = |error| PlayError::File {
+                place: folder.clone(),
+                error,
+            };
+            std::fs::create_dir_all(&folder).map_err(failed)?;
             let minutes = in_parallel(threads, count, |index| {
                 let (poses, goals) = self.recorded(kind, index as u64)?;
                 let file = format!("{name}_{index:02}.bvh");
-                write_played(&folder.join(&file), self.baked.graph(), &poses)?;
+                write_played(&folder.join(&file), self.baked.graph(), &poses).map_err(failed)?;
                 Ok((json!({ "file": file, "goals": goals }), measure(&poses)))
             });
             let minutes: Result<Vec<(Value, T)>, PlayError> = minutes.into_iter().collect();
             let (goals, measured): (Vec<Value>, Vec<T>) = minutes?.into_iter().unzip();
             found.push((name, measured));
-            let goals = serde_json::to_string_pretty(&goals).map_err(std::io::Error::other)?;
+            let goals = format!("{:#}", json!(goals));
             write_atomically(&folder.join("goals.json"), |out| {
                 std::io::Write::write_all(out, goals.as_bytes())
-            })?;
+            })
+            .map_err(failed)?;
         }
         Ok(found)
     }

@@ -30,7 +30,9 @@ fn a_file_of_each_kind_that_is_wrong() {
     write("flipped.sabaki", &flipped);
     write("later.sabaki", &later);
     write("empty.sabaki", b"");
-    let cases: [(&str, &[&str]); 12] = [
+    write("empty.gltf", b"");
+    write("steering", b"");
+    let cases: [(&str, &[&str]); 15] = [
         ("inspect cut.bvh", &["cut.bvh", "line"]),
         ("inspect none.bvh", &["none.bvh"]),
         ("inspect .", &["."]),
@@ -49,10 +51,15 @@ fn a_file_of_each_kind_that_is_wrong() {
             &["events.json", "line 1"],
         ),
         ("lod BAKED", &["a baked graph", "not a motion file"]),
+        ("crowd attack.json", &["attack.json: not a motion file"]),
+        ("inspect empty.gltf", &["neither a GLB container nor"]),
+        ("play BAKED --record .", &["./steering: "]),
     ];
     for (args, words) in cases {
         sabaki(&folder, args).is_refused(words);
     }
+    let all = "bake cut.bvh bad.glb --out g.sabaki";
+    sabaki(&folder, all).is_misused(&["cut.bvh", "bad.glb", "2 of 2 files", "see --retarget"]);
     assert!(!folder.path().join("g.sabaki").exists());
 }
 

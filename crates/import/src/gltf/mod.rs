@@ -36,7 +36,7 @@ pub enum GltfError {
     #[error("glTF {0}: only version 2 can be read")]
     Version(String),
     /// The JSON is invalid, or is not glTF.
-    #[error("{0}")]
+    #[error("neither a GLB container nor the JSON of glTF: {0}")]
     Json(String),
     /// An index is out of range.
     #[error("{from} names {what} {index}, which is not there")]

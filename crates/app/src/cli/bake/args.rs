@@ -7,6 +7,7 @@ use sabaki::anim::{Clip, CompressionSettings, Skeleton};
 use sabaki::archive;
 use sabaki::graph::{GraphError, GraphSettings};
 use sabaki_fixtures::demo;
+use sabaki_import::{is_motion_file, without_mark};
 
 use super::super::Failure;
 use super::super::figure::FigureArgs;
@@ -22,7 +23,7 @@ pub(crate) struct ReadArgs {
     /// Up axis of the files: x, y, z, -x, -y or -z. Default: y, or the axis along which the figure stands.
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     up: Option<sabaki_import::Up>,
-    /// Frame rate of AMC files, in frames per second. Default: that which the file names, or 120.
+    /// Frame rate of AMC files, in frames per second. Default: the rate that the file names, or 120.
     #[arg(long, value_name = "HZ")]
     amc_rate: Option<f64>,
 }
@@ -49,7 +50,7 @@ pub(crate) struct ClipArgs {
     /// BVH, AMC, glTF or FBX files, or folders of them. The mesh of the first glTF or FBX file is kept in the graph's file, and drawn.
     #[arg(value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// More of them.
+    /// Clips to bake, as PATH: BVH, AMC, glTF or FBX files, or folders of them.
     #[arg(long, num_args = 1.., value_name = "PATH")]
     clips: Vec<PathBuf>,
     /// Events file (JSON) that labels evasions and attacks in the clips.
@@ -63,11 +64,11 @@ pub(crate) struct ClipArgs {
     pub(crate) joints: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
-    /// Leaves out files that cannot be read, and files of other skeletons than the largest group's, and reports them (exit code 3
-    /// of `bake`). Default: all such files are listed and nothing is baked.
+    /// Leaves out files that cannot be read, and files whose skeleton is not that of most files, and lists them (exit code 3
+    /// of `bake`). Default: such files are errors, and nothing is baked.
     #[arg(long)]
     pub(crate) keep_going: bool,
-    /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, and says what this costs.
+    /// Puts motions of other skeletons on the skeleton of most files, by the joints' names, and prints what this costs.
     #[arg(long)]
     pub(crate) retarget: bool,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in metres. Default: 0.1, but a clip that
@@ -158,20 +159,26 @@ impl ClipArgs {
 /// First bytes of the parts of a shared bake.
 pub(super) const PART: &[u8; 8] = b"sabakis\n";
 
-/// Refuses a file that a bake wrote where a motion is read. A file that cannot be opened is left to the reader.
+/// Refuses a file of another kind where a motion is read: one that a bake wrote, or one whose name and beginning are none of a motion file.
+/// A file that cannot be opened is left to the reader.
 pub(crate) fn check_is_motion(path: &Path) -> Result<(), Failure> {
     let mut head = Vec::new();
-    let is_read = archive::open_regular(path).and_then(|file| file.take(8).read_to_end(&mut head));
+    let is_read = archive::open_regular(path).and_then(|file| file.take(64).read_to_end(&mut head));
     if is_read.is_err() {
         return Ok(());
     }
+    let word = without_mark(&head).trim_ascii_start();
+    let is_bvh = |word: &[u8]| word.eq_ignore_ascii_case(b"HIERARCHY");
     let what = match archive::is_baked(&head) {
-        true => "a baked graph",
-        false if head == PART => "a part of a shared bake (for bake join)",
-        false => return Ok(()),
+        true => "this is a baked graph, and not",
+        false if head.starts_with(PART) => {
+            "this is a part of a shared bake (for bake join), and not"
+        }
+        false if is_motion_file(path) || word.get(..9).is_some_and(is_bvh) => return Ok(()),
+        false => "not",
     };
     Err(Failure::Usage(format!(
-        "{}: this is {what}, and not a motion file (BVH, AMC, glTF, FBX)",
+        "{}: {what} a motion file (BVH, AMC, glTF, FBX)",
         path.display()
     )))
 }

@@ -38,7 +38,7 @@ pub(crate) struct Args {
     /// Graph file to write.
     #[arg(long, value_name = "FILE", required = true)]
     out: Option<PathBuf>,
-    /// What draws the maps. The file is the same to the byte.
+    /// What draws the maps. The file is byte-identical either way.
     #[arg(long, value_name = "WHERE", value_enum, default_value_t = MapDrawing::Cpu)]
     draw: MapDrawing,
 }

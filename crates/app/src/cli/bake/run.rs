@@ -60,7 +60,11 @@ impl BakeInput {
             retarget: args.retarget,
             ..args.read.options()
         };
-        let mut set = sabaki_import::read_clips(&read, args.events.as_deref(), &options)?;
+        let set = sabaki_import::read_clips(&read, args.events.as_deref(), &options);
+        let mut set = set.map_err(|error| match error {
+            ReadError::Files { .. } => Failure::Clips(error),
+            error => error.into(),
+        })?;
         set.left_out.splice(..0, left_out);
         if let Some(joints) = &args.joints {
             set.take_joints(joints)?;
@@ -250,7 +254,7 @@ pub(crate) fn finish(
     if graph.evasions().is_empty() {
         let labelled = report.events.evasions;
         let what = match labelled {
-            0 => "no clip has an evasion".to_owned(),
+            0 => "no clip has an evasion (`sabaki annotate` proposes some)".to_owned(),
             n => format!("none of the {n} evasions can be reached and left again"),
         };
         warnings.push(format!(

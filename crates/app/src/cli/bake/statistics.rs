@@ -6,6 +6,7 @@ use sabaki::maps::BakedGraph;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::super::output::counted;
 use super::run::Baked;
 
 fn count(graph: &MotionGraph, kind: EventKind) -> usize {
@@ -55,20 +56,17 @@ fn islands(report: &BuildReport) -> Vec<String> {
     let long = |part: &&DroppedPart| part.start + part.end > BLEND;
     let parts: Vec<String> = dropped.parts.iter().filter(long).map(part).collect();
     let hint = parts.first().map(|_| {
-        "  a start or end is kept if its pose is near one of another clip; a blend takes 1/3 s of it".to_owned()
+        "  nothing near leads into these starts, or out of these ends; a blend takes 1/3 s of a clip".to_owned()
     });
     let parts = parts.into_iter().take(MOST_DROPPED);
     apart.chain(whole).chain(parts).chain(hint).collect()
 }
 
 fn part(DroppedPart { clip, start, end }: &DroppedPart) -> String {
-    let places = [
-        (start, "at its start, which nothing near leads into"),
-        (end, "at its end, which leads to nothing near"),
-    ];
-    let lost = places.iter().filter(|(seconds, _)| **seconds > 0.0);
-    let lost = lost.map(|(seconds, place)| format!("{seconds:.1} s {place}"));
-    let lost = lost.collect::<Vec<_>>().join("; ");
+    let places = [(start, "first"), (end, "last")].into_iter();
+    let lost = places.filter(|(seconds, _)| **seconds > 0.0);
+    let lost = lost.map(|(seconds, place)| format!("the {place} {seconds:.1} s"));
+    let lost = lost.collect::<Vec<_>>().join(" and ");
     format!("dropped of {}: {lost}", short(clip))
 }
 
@@ -119,13 +117,13 @@ pub(crate) fn bake_statistics(baked: &Baked) -> Value {
 pub(crate) fn headline(baked: &BakedGraph) -> String {
     let graph = baked.graph();
     format!(
-        "{} clips, {:.1} s; {} nodes, {} edges; {} evasions, {} attacks\n",
-        graph.clips().len(),
+        "{}, {:.1} s; {}, {}; {}, {}\n",
+        counted(graph.clips().len(), "clip"),
         graph.seconds_kept(),
-        graph.nodes().len(),
-        graph.edges().len(),
-        count(graph, EventKind::Evasion),
-        count(graph, EventKind::Attack),
+        counted(graph.nodes().len(), "node"),
+        counted(graph.edges().len(), "edge"),
+        counted(count(graph, EventKind::Evasion), "evasion"),
+        counted(count(graph, EventKind::Attack), "attack"),
     )
 }
 
@@ -176,18 +174,18 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
     }
     let (report, feet, dropped) = (&baked.report, &baked.feet, &baked.report.dropped);
     line(format!(
-        "read: {} clips, {:.1} s; dropped: {:.1} s and {} whole clips that the graph cannot reach and leave",
-        report.clips,
+        "read: {}, {:.1} s; dropped: {:.1} s and {} that the graph cannot reach and leave",
+        counted(report.clips, "clip"),
         report.seconds,
         dropped.seconds,
-        dropped.clips.len()
+        counted(dropped.clips.len(), "whole clip")
     ));
     if !report.joined.is_empty() {
         let far = report.joined.iter().flat_map(|clip| clip.links).flatten();
         let loops = report.joined.iter().filter(|clip| clip.is_loop).count();
         line(format!(
-            "joined: {} clips that nothing near leads to and from ({loops} of them loops), {:.2} m away at most",
-            report.joined.len(),
+            "joined: {} (loops: {loops}) that nothing near leads to and from, {:.2} m away at most",
+            counted(report.joined.len(), "clip"),
             far.fold(0.0, f32::max),
         ));
         for joined in report.joined.iter().take(MOST_JOINED) {
@@ -261,10 +259,10 @@ impl ClipSizes {
     fn text(&self, clips: usize) -> String {
         let [joints, ends] = [self.joint_error, self.end_error].map(|metres| 1e3 * metres);
         format!(
-            "{} of {} clips are compressed: {:.2} MB, {:.1} times smaller than plain, errors of {joints:.3} mm\n  \
+            "compressed: {} of {}: {:.2} MB, {:.1} times smaller than plain, errors of {joints:.3} mm\n  \
              at the joints and {ends:.3} mm at the ends at most",
             self.compressed_clips,
-            clips,
+            counted(clips, "clip"),
             1e-6 * self.stored as f64,
             self.ratio
         )

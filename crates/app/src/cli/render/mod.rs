@@ -247,8 +247,8 @@ fn write(path: &Path, pictures: Vec<Picture>, delay: f64) -> Result<Written, Fai
     let file = path.display().to_string();
     Ok(Written {
         text: format!(
-            "{file}: {count} picture{}, {:.2} MB\n",
-            if count == 1 { "" } else { "s" },
+            "{file}: {}, {:.2} MB\n",
+            output::counted(count, "picture"),
             bytes.len() as f64 * 1e-6
         ),
         document: json!({ "file": file, "bytes": bytes.len(), "pictures": count }),
