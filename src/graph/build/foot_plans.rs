@@ -44,7 +44,6 @@ struct PlantedEnds {
     from: Option<f32>,
 }
 
-/// Plans the feet of one edge.
 #[derive(Clone, Copy)]
 struct Planner<'a> {
     graph: &'a MotionGraph,
@@ -52,7 +51,6 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// Returns a blend for each leg.
     fn plan(self) -> Vec<Option<LegBlend>> {
         let Self { graph, edge } = self;
         let legs = graph.feet.legs.len();

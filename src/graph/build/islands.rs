@@ -19,10 +19,9 @@ use crate::graph::build::moments::{Jump, Moments};
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::Feet;
 use crate::graph::push::PushTest;
-use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::distance::{DistanceMap, WindowPair};
 use crate::graph::search::transition::Transition;
-use crate::graph::search::windows::Windows;
+use crate::graph::search::windows::{PointCloud, Windows};
 use crate::math::{Rigid2, in_parallel, smooth_step};
 use glam::Quat;
 use serde::{Deserialize, Serialize};
@@ -48,7 +47,6 @@ pub struct JoinedClip {
     pub links: [Option<f32>; 2],
 }
 
-/// A clip that is joined.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Island {
     clip: usize,
@@ -112,9 +110,6 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
 }
 
 /// Joins islands to the graph, and returns those that are joined and those whose links are too far. Frames of transitions and events of these clips are moved by the frames that are added before.
-///
-/// # Errors
-/// The added frames are too far away.
 pub(crate) fn join(
     input: &mut GraphBuilder<'_>,
     islands: &[Island],
@@ -219,7 +214,6 @@ fn is_loop(cloud: &PointCloud) -> bool {
     cloud.frames() > 2 && ends(cloud).distance() <= LOOP
 }
 
-/// A transition between frames of two clips, with its distance.
 fn transition(
     input: &GraphBuilder<'_>,
     [source_clip, target_clip]: [usize; 2],
@@ -356,7 +350,6 @@ fn moved(pose: &mut Pose, [from, to]: [&Pose; 2], weight: f32) {
     }
 }
 
-/// The search for links of one island.
 struct IslandSearch<'a> {
     space: &'a LinkSpace<'a>,
     core: &'a [bool],

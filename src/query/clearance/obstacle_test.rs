@@ -30,14 +30,12 @@ pub struct ObstacleTest<'a> {
     pub enough: f32,
 }
 
-/// Scratch of the test.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObstacleScratch {
     columns: Vec<Column>,
     /// Distance that the axis has gone until each sample, in metres.
     gone: Vec<f32>,
     near: Vec<NearSample>,
-    /// The worst entry so far.
     worst: Option<ObstacleHit>,
     extents: Extents,
 }
@@ -76,7 +74,7 @@ impl ObstacleTest<'_> {
         scratch: &mut ObstacleScratch,
     ) -> Option<ObstacleHit> {
         poses.start_with_joints(self.baked, motion);
-        self.find_near(motion, poses.additive().moves(), scratch);
+        self.find_near(motion, poses.additive.moves(), scratch);
         scratch.worst = None;
         let mut at = 0;
         // The sample at which the axis is nearest is tested first: where one is entered, this one is usually.
@@ -101,12 +99,7 @@ impl ObstacleTest<'_> {
         scratch: &mut ObstacleScratch,
         poses: &mut PoseCache,
     ) -> usize {
-        let ObstacleScratch {
-            near,
-            worst,
-            extents,
-            ..
-        } = scratch;
+        let (near, worst, extents) = (&scratch.near, &mut scratch.worst, &mut scratch.extents);
         let NearSample { seconds, axis, .. } = near[at];
         let number = poses.number(self.baked, motion.moment_at(seconds));
         let joints = poses.joints(self.baked, number);
@@ -118,8 +111,7 @@ impl ObstacleTest<'_> {
         for one in same {
             next += 1;
             let obstacle = &self.obstacles[one.obstacle as usize];
-            let reaches =
-                |extent: f32, known: f32| (extent - one.metres) * obstacle.weight() > known;
+            let reaches = |extent: f32, known: f32| (extent - one.metres) * obstacle.weight > known;
             for block in 0..extents.widest.len() {
                 let harm = |worst: &Option<ObstacleHit>| worst.map_or(0.0, |worst| worst.harm);
                 if !reaches(extents.widest[block], harm(worst)) {
@@ -132,7 +124,7 @@ impl ObstacleTest<'_> {
                     }
                     let part = &spheres[sphere];
                     let metres = obstacle.distance(part.centre(joints), seconds) - part.radius;
-                    let harm = -metres * obstacle.weight();
+                    let harm = -metres * obstacle.weight;
                     if harm > known {
                         *worst = Some(ObstacleHit {
                             harm,
@@ -148,12 +140,8 @@ impl ObstacleTest<'_> {
 
     /// Lists the samples at which an obstacle is within reach, by time. A layer moves the body by at most `moved` metres.
     fn find_near(&self, motion: &Motion, moved: f32, scratch: &mut ObstacleScratch) {
-        let ObstacleScratch {
-            columns,
-            gone,
-            near,
-            ..
-        } = scratch;
+        let (columns, gone) = (&mut scratch.columns, &mut scratch.gone);
+        let near = &mut scratch.near;
         let (from, to) = self.seconds;
         let ticks = ((to - from).max(0.0) * Self::RATE).ceil() as usize + 1;
         columns.clear();

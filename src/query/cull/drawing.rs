@@ -244,7 +244,6 @@ impl AttackDrawing {
     /// Maximum number of discs of all layers (16 MB). Further layers are not drawn, and candidates are then open.
     pub const MOST_DISCS: usize = 1 << 20;
 
-    /// Removes all discs. The memory is kept.
     fn clear(&mut self) {
         self.rect = MapRect::default();
         self.layers.clear();
@@ -335,7 +334,6 @@ fn limited(rect: MapRect) -> (MapRect, bool) {
     (limited, limited == rect)
 }
 
-/// Cuts the spheres of steps into discs.
 struct DiscCutter {
     grid: MapGrid,
     rect: MapRect,
@@ -439,12 +437,10 @@ impl Step {
     }
 }
 
-/// The bit of a clock.
 fn clock_bit(clock: u32) -> u64 {
     1 << clock.min(63)
 }
 
-/// The steps of an attack's spheres.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct AttackSteps {
     steps: Vec<Step>,
@@ -460,7 +456,6 @@ struct AttackSteps {
 const MOST_STEPS: usize = 1 << 18;
 
 impl AttackSteps {
-    /// Removes all steps. The memory is kept.
     fn clear(&mut self) {
         self.steps.clear();
         self.untimed.clear();
