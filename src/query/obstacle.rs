@@ -236,20 +236,6 @@ pub(crate) struct Nearest {
     pub normal: Vec3,
 }
 
-/// Lowest and highest point of the body during a motion, in metres.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Heights {
-    pub low: f32,
-    pub high: f32,
-}
-
-impl Heights {
-    pub(super) const NONE: Self = Self {
-        low: f32::INFINITY,
-        high: f32::NEG_INFINITY,
-    };
-}
-
 impl Obstacle {
     /// Distance of a point from the surface `seconds` from now, in metres; negative inside.
     #[must_use]
@@ -311,10 +297,9 @@ impl Obstacle {
         Vec2::new(point.x - middle.x, point.z - middle.z).normalize_or(Vec2::Y)
     }
 
-    /// Lower bound of the distance from the surface of all points of a vertical line `seconds` from now, in metres.
-    pub(super) fn metres_from_line(&self, axis: Vec2, heights: Heights, seconds: f32) -> f32 {
+    /// Lower bound of the distance from the surface of all points of a vertical line between two heights `seconds` from now, in metres.
+    pub(super) fn metres_from_line(&self, axis: Vec2, [low, high]: [f32; 2], seconds: f32) -> f32 {
         let at = |y: f32| Vec3::new(axis.x, y, axis.y);
-        let Heights { low, high } = heights;
         match &self.shape {
             Shape::HalfSpace { .. } => {
                 let [low, high] = [low, high].map(|y| self.distance(at(y), seconds));

@@ -10,7 +10,7 @@ use super::extent::ObstacleHit;
 use crate::anim::JointId;
 use crate::graph::{MotionGraph, MotionMoment};
 use crate::maps::{BakedGraph, BodyTrack};
-use crate::query::obstacle::{Heights, Obstacle};
+use crate::query::obstacle::Obstacle;
 
 /// Obstacles by cells, and the spheres that are tested.
 #[derive(Clone, Debug, Default)]
@@ -196,10 +196,7 @@ impl ObstacleCells {
         let [low, high] = [low, high].map(|at| at.clamp(Vec2::ZERO, Vec2::splat(limit)));
         // A sphere above a cell is at most so far from its middle.
         let around = radius + 0.5 * std::f32::consts::SQRT_2 * Self::SIDE;
-        let heights = Heights {
-            low: middle.y - 10.0,
-            high: middle.y + 10.0,
-        };
+        let heights = [middle.y - 10.0, middle.y + 10.0];
         let is_still = obstacle.velocity() == Vec3::ZERO;
         for row in low.y as usize..=high.y as usize {
             for column in low.x as usize..=high.x as usize {

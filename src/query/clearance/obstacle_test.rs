@@ -15,7 +15,7 @@ use super::pose_cache::PoseCache;
 use crate::graph::{Motion, MotionMoment};
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Isa;
-use crate::query::obstacle::{Heights, Obstacle};
+use crate::query::obstacle::Obstacle;
 
 /// A motion against obstacles.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +147,9 @@ impl ObstacleTest<'_> {
         columns.clear();
         gone.clear();
         near.clear();
-        let (mut sum, mut widest, mut heights) = (0.0, 0.0f32, Heights::NONE);
+        let (mut sum, mut widest) = (0.0, 0.0f32);
+        // Lowest and highest point of the body during the motion.
+        let mut heights = [f32::INFINITY, f32::NEG_INFINITY];
         for tick in 0..ticks {
             let seconds = from + tick as f32 / Self::RATE;
             let mut column = Column::new(self.baked, motion.moment_at(seconds), &mut heights);
@@ -158,8 +160,8 @@ impl ObstacleTest<'_> {
             columns.push(column);
             gone.push(sum);
         }
-        heights.low -= moved;
-        heights.high += moved;
+        heights[0] -= moved;
+        heights[1] += moved;
         let (middle, around) = circle_around(columns, widest);
         for (index, obstacle) in self.obstacles.iter().enumerate() {
             let speed = obstacle.velocity().length() / Self::RATE;
@@ -234,13 +236,13 @@ impl Column {
     const TRANSITION_SLACK: f32 = 0.2;
 
     /// The column at a moment; `heights` grow by it.
-    fn new(baked: &BakedGraph, moment: MotionMoment<'_>, heights: &mut Heights) -> Self {
+    fn new(baked: &BakedGraph, moment: MotionMoment<'_>, heights: &mut [f32; 2]) -> Self {
         let MotionMoment { motion, seconds } = moment;
         let graph = baked.graph();
         if motion.is_composed(seconds) {
             let (root, reach) = (motion.root(graph, seconds), baked.reach());
-            heights.low = heights.low.min(root.y - reach);
-            heights.high = heights.high.max(root.y + reach);
+            heights[0] = heights[0].min(root.y - reach);
+            heights[1] = heights[1].max(root.y + reach);
             return Self {
                 axis: Vec2::new(root.x, root.z),
                 radius: reach,
@@ -254,8 +256,8 @@ impl Column {
             Some(_) => Self::TRANSITION_SLACK,
             None => Self::SLACK,
         };
-        heights.low = heights.low.min(cylinder.low - slack);
-        heights.high = heights.high.max(cylinder.high + slack);
+        heights[0] = heights[0].min(cylinder.low - slack);
+        heights[1] = heights[1].max(cylinder.high + slack);
         Self {
             axis: cylinder.axis,
             radius: cylinder.radius + slack,

@@ -84,10 +84,8 @@ pub(in crate::query) fn gather_layers(
     };
     layers.sort_unstable_by(|a, b| {
         let pairs = order(a).into_iter().zip(order(b));
-        let unequal = pairs
-            .map(|(a, b)| a.total_cmp(&b))
-            .find(|order| order.is_ne());
-        unequal.unwrap_or(Ordering::Equal)
+        let orders = pairs.map(|(a, b)| a.total_cmp(&b));
+        orders.fold(Ordering::Equal, Ordering::then)
     });
     layers.truncate(settings.entries.layers);
     candidates.search.followed += layers.len();
