@@ -19,7 +19,7 @@ use super::walk_past::walk_past;
 use super::world::{KnownThreat, NearThreat, PlanScratch, Worker, World};
 use crate::graph::Motion;
 use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling, WorkLimit};
-use crate::query::{Attack, Obstacle, PlanScope, PlanStage, Query, Request, evasions_end};
+use crate::query::{Attack, PlanScope, PlanStage, Query, Request, evasions_end};
 
 /// The moment that a plan is made for.
 struct Moment {
@@ -570,7 +570,7 @@ impl CharacterState {
             return Some(test.known(motion, known));
         }
         // A motion that is measured later needs no test.
-        let weights = scratch.ahead.iter().map(Obstacle::weight);
+        let weights = scratch.ahead.iter().map(|obstacle| obstacle.weight);
         let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
         if !is_blended && !scratch.ahead.is_empty() && metres < -spared {
             return Some(test.known(motion, known));

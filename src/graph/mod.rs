@@ -30,11 +30,12 @@ pub use motion_graph::{
     ClipId, Edge, EdgeId, EdgeMotion, EventId, Feet, GraphEvent, MotionGraph, Node, NodeId, Plant,
 };
 pub use play::inertia::Entry;
-pub(crate) use play::inertia::{BESIDE, BlendReach, JointReach};
-pub(crate) use play::inertia::{Decay, FootDecay, LegPose, Weights, leg_targets, rotation_vector};
+pub(crate) use play::inertia::{
+    BESIDE, BlendReach, Decay, FootDecay, Inertia, JointReach, LegPose, Weights, leg_targets,
+    rotation_vector,
+};
 pub use play::motion::{Layer, Motion, MotionMoment};
 pub(crate) use play::motion::{heading, layer_tilt};
-pub(crate) use play::motion_edit::ContinuedBlend;
 pub use play::motion_edit::Played;
 pub use play::playhead::{MotionStep, Playhead};
 pub(crate) use play::sample::ClipPosition;

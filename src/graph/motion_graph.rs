@@ -213,7 +213,6 @@ impl MotionGraph {
         self.rig().limbs()
     }
 
-    /// Trunk and limbs of the skeleton.
     #[must_use]
     pub(crate) fn rig(&self) -> &Rig {
         self.rig.rig.get_or_init(|| {
@@ -330,20 +329,6 @@ impl MotionGraph {
         (0..self.edges.len() as u32).map(EdgeId)
     }
 
-    /// Index of each node's first edge. The last entry is the number of edges.
-    pub(crate) fn first_edges(&self) -> &[u32] {
-        &self.first_edge
-    }
-
-    /// The edges that lead to each node.
-    pub(crate) fn edges_into(&self) -> Grouped {
-        let edges = self.edges.iter().zip(0..);
-        Grouped::new(
-            self.nodes.len(),
-            edges.map(|(edge, id)| (edge.to.index(), id)),
-        )
-    }
-
     /// Edges that start at `node`.
     pub fn edges_from(&self, node: NodeId) -> impl Iterator<Item = EdgeId> + use<> {
         (self.first_edge[node.index()]..self.first_edge[node.index() + 1]).map(EdgeId)
@@ -379,10 +364,8 @@ impl MotionGraph {
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
         let cost = |edge: EdgeId| self.edge(edge).motion.distance();
         let first = EdgeId(self.first_edge[node.index()]);
-        self.edges_from(node).fold(
-            first,
-            |best, edge| if cost(edge) < cost(best) { edge } else { best },
-        )
+        let closest = |best, edge| if cost(edge) < cost(best) { edge } else { best };
+        self.edges_from(node).fold(first, closest)
     }
 
     /// Character's frame in a frame of a clip, in the clip's space: root on the ground, facing
@@ -509,7 +492,6 @@ impl Grouped {
         Self { values, first }
     }
 
-    /// The numbers of a group.
     pub(crate) fn group(&self, group: usize) -> &[u32] {
         let first = &self.first[group..];
         &self.values[first[0] as usize..first[1] as usize]

@@ -5,8 +5,8 @@
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
-use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::transition::{Transition, blend_weight};
+use crate::graph::search::windows::PointCloud;
 use crate::math::Rigid2;
 
 /// Time over which accelerations are measured, in seconds.
@@ -101,12 +101,8 @@ impl PushTest {
 
     /// How hard the body pushes in a transition, as a share of the limit.
     pub(crate) fn share(&self, transition: &Transition, align: Rigid2) -> f32 {
-        let &Transition {
-            source_frame,
-            target_frame,
-            frames,
-            ..
-        } = transition;
+        let (source_frame, target_frame) = (transition.source_frame, transition.target_frame);
+        let frames = transition.frames;
         let source = &self.middles[transition.source_clip];
         let target = &self.middles[transition.target_clip];
         let beside = 2 * window(self.frame_rate);

@@ -72,9 +72,6 @@ impl GraphSettings {
     }
 
     /// Checks the settings and returns the weight of each joint.
-    ///
-    /// # Errors
-    /// The first setting that is out of range.
     pub(crate) fn checked_weights(&self, skeleton: &Skeleton) -> Result<Vec<f32>, GraphError> {
         let joints = skeleton.len();
         let compression = self.compression.unwrap_or_default();
@@ -122,11 +119,9 @@ impl GraphSettings {
             Err(GraphError::JointWeights { found, joints })
         }
     }
-}
 
-// Limits on the size of a graph. Larger input would exhaust memory or time.
+    // Limits on the size of a graph. Larger input would exhaust memory or time.
 
-impl GraphSettings {
     /// Default of [`GraphSettings::memory`], in bytes.
     pub const MEMORY: u64 = 8 << 30;
 
@@ -265,8 +260,6 @@ impl Default for LinkSettings {
 }
 
 impl LinkSettings {
-    /// # Errors
-    /// The first setting that is out of its range.
     pub(crate) fn check(&self) -> Result<(), GraphError> {
         let loosest = f64::from(self.loosest);
         let goals = self.goals.iter().flat_map(|goal| {

@@ -2,8 +2,9 @@
 
 use crate::anim::{Clip, Skeleton};
 use crate::graph::ClipId;
+use crate::graph::build::prune::components;
 use crate::graph::motion_graph::{
-    Edge, EdgeMotion, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, NodeId, Plant, twice,
+    Edge, EdgeMotion, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, Plant, twice,
 };
 use crate::graph::settings::GraphSettings;
 use crate::math::in_parallel;
@@ -12,10 +13,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 impl MotionGraph {
-    /// Number of parts.
     pub(crate) const SECTIONS: usize = 4;
 
-    /// Serializes the parts of the graph.
     pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
         let (events, nodes, first_edge) = (&self.events, &self.nodes, &self.first_edge);
         let rest = (&self.skeleton, self.frame_rate, events, nodes, first_edge);
@@ -72,7 +71,6 @@ impl MotionGraph {
 
 // Serializes the parts of a file one by one, so that they can be read in parallel.
 
-/// Serializes a part.
 pub(crate) fn to_bytes<T: Serialize + ?Sized>(part: &T) -> Result<Vec<u8>, postcard::Error> {
     postcard::to_extend(part, Vec::new())
 }
@@ -172,29 +170,11 @@ impl MotionGraph {
             })
     }
 
-    /// Whether the first node reaches every node, and every node reaches it.
+    /// Whether every node can be reached from every other one.
     fn is_connected(&self) -> bool {
-        let forwards = |node: NodeId| self.edges_from(node).map(|edge| self.edge(edge).to);
-        let into = self.edges_into();
-        let edges_into = |node: NodeId| into.group(node.index()).iter();
-        let backwards = |node| edges_into(node).map(|&edge| self.edges[edge as usize].from);
-        self.reaches_all(forwards) && self.reaches_all(backwards)
-    }
-
-    /// Whether a search from the first node on finds every node.
-    fn reaches_all<N: Iterator<Item = NodeId>>(&self, next: impl Fn(NodeId) -> N) -> bool {
-        let mut seen = vec![false; self.nodes.len()];
-        let (mut open, mut count) = (vec![NodeId(0)], 1);
-        seen[0] = true;
-        while let Some(node) = open.pop() {
-            for to in next(node) {
-                if !std::mem::replace(&mut seen[to.index()], true) {
-                    count += 1;
-                    open.push(to);
-                }
-            }
-        }
-        count == self.nodes.len()
+        let ends = self.edges.iter().map(|edge| (edge.from.0, edge.to.0));
+        let components = components(self.nodes.len(), &ends.collect::<Vec<_>>());
+        components.iter().all(|one| *one == components[0])
     }
 
     fn edge_fits(&self, edge: &Edge) -> bool {
@@ -226,18 +206,12 @@ impl MotionGraph {
         };
         edge.frames > 0 && event_ok && motion_ok
     }
-}
 
-impl MotionGraph {
     /// Whether the foot data fits the graph. It checks data from a file, after the clips and edges
     /// were found valid.
     pub(crate) fn feet_fit(&self) -> bool {
-        let Feet {
-            legs,
-            plants,
-            blends,
-            root_drops,
-        } = &self.feet;
+        let (legs, plants) = (&self.feet.legs, &self.feet.plants);
+        let (blends, root_drops) = (&self.feet.blends, &self.feet.root_drops);
         let frames = |table: usize| self.clips[table / legs.len()].frames() as u32;
         let ordered = |plants: &[Plant]| plants.windows(2).all(|pair| pair[0].last < pair[1].first);
         let plants_fit = plants.len() == self.clips.len() * legs.len()

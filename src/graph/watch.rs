@@ -60,7 +60,6 @@ impl BakeWatch for Unwatched {
 pub(crate) struct Stopped;
 
 impl dyn BakeWatch + '_ {
-    /// Returns an error if the bake should stop.
     pub(crate) fn check(&self) -> Result<(), Stopped> {
         match self.is_stopped() {
             true => Err(Stopped),
@@ -68,7 +67,6 @@ impl dyn BakeWatch + '_ {
         }
     }
 
-    /// A stage with `threads` threads.
     pub(crate) fn stage(&self, stage: BakeStage, threads: usize) -> WatchedStage<'_> {
         WatchedStage {
             watch: self,
@@ -78,7 +76,6 @@ impl dyn BakeWatch + '_ {
     }
 }
 
-/// A stage of a watched bake.
 #[derive(Clone, Copy)]
 pub(crate) struct WatchedStage<'a> {
     watch: &'a dyn BakeWatch,
@@ -104,7 +101,6 @@ impl WatchedStage<'_> {
         results.into_iter().map_while(|result| result).collect()
     }
 
-    /// Reports progress.
     pub(crate) fn progress(self, done: u64, all: u64) {
         self.watch.progress(BakeProgress {
             stage: self.stage,

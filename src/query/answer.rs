@@ -266,7 +266,6 @@ impl Answer {
         }));
     }
 
-    /// The report of a candidate as it was gathered.
     fn report(
         &mut self,
         baked: &BakedGraph,
@@ -274,40 +273,36 @@ impl Answer {
         candidate: &Candidate,
     ) -> CandidateReport {
         let candidates = &state.candidates;
-        let rate = Ok(candidate.rate);
-        let edge = |evasion: usize| Some(baked.evasions()[evasion].edge);
         let none = Route::Edges(0, 0);
-        match candidate.kind {
+        let (mut entered_at, mut layered) = (None, None);
+        let (route, evasion) = match candidate.kind {
             CandidateKind::Evasion { path, .. } => {
                 let evasion = state.request.path(path).goal as usize;
-                CandidateReport::untested(Route::Table(path), edge(evasion), rate)
+                (Route::Table(path), Some(evasion))
             }
             CandidateKind::Move(path) => {
-                let start = self.edges.len();
-                self.edges.extend(state.moves.edges_backwards(path));
-                self.edges[start..].reverse();
-                let route = Route::Edges(start as u32, self.edges.len() as u32);
-                CandidateReport::untested(route, None, rate)
+                let start = self.edges.len() as u32;
+                let mut push = |edge| self.edges.push(edge);
+                state.moves.for_each_edge(path, &mut push);
+                (Route::Edges(start, self.edges.len() as u32), None)
             }
             CandidateKind::Entry(entry) => {
-                let EntryCandidate {
-                    delay,
-                    entry,
-                    evasion,
-                    ..
-                } = candidates.entries[entry as usize];
-                CandidateReport {
-                    entry: Some(EnteredAt { delay, entry }),
-                    ..CandidateReport::untested(none, edge(evasion), rate)
-                }
+                let candidate = &candidates.entries[entry as usize];
+                let EntryCandidate { delay, entry, .. } = *candidate;
+                entered_at = Some(EnteredAt { delay, entry });
+                (none, Some(candidate.evasion))
             }
             CandidateKind::Layer(layer) => {
-                let layered = &candidates.layers[layer as usize];
-                CandidateReport {
-                    layer: Some(layered.layer),
-                    ..CandidateReport::untested(none, edge(layered.evasion), rate)
-                }
+                let candidate = &candidates.layers[layer as usize];
+                layered = Some(candidate.layer);
+                (none, Some(candidate.evasion))
             }
+        };
+        let edge = evasion.map(|evasion| baked.evasions()[evasion].edge);
+        CandidateReport {
+            entry: entered_at,
+            layer: layered,
+            ..CandidateReport::untested(route, edge, Ok(candidate.rate))
         }
     }
 }

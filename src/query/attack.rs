@@ -3,7 +3,7 @@ use std::f32::consts::PI;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::maps::{AttackMove, BakedGraph, MovingSphere, SphereKey};
+use crate::maps::{MovingSphere, SphereKey};
 use crate::math::Rigid2;
 
 /// An attack: one or more moving spheres. Times count from the moment of the query.
@@ -137,29 +137,6 @@ impl Attack {
             [] => Err(AttackError::NoKeys { sphere }),
             _ => Ok(()),
         }
-    }
-
-    /// The spheres of an attack of the graph that a character begins at a place, `start` seconds from now. `placement` is the character's
-    /// frame then (root on the ground, facing +Z), in the world.
-    ///
-    /// # Errors
-    /// A key is later than [`Attack::LATEST`] or more than 10 km from the origin. A start within 0 to 500 s and a placement within some
-    /// kilometres of the origin cause no error.
-    pub fn from_attack_move(
-        baked: &BakedGraph,
-        attack: &AttackMove,
-        placement: Rigid2,
-        start: f32,
-    ) -> Result<Self, AttackError> {
-        let later = |key: &SphereKey| SphereKey {
-            t: key.t + start,
-            ..*key
-        };
-        let keys = |sphere: &MovingSphere| {
-            let placed = sphere.placed(placement);
-            placed.keys().iter().map(later).collect()
-        };
-        Self::new(baked.attack_spheres(attack).iter().map(keys).collect())
     }
 
     /// Area of the sections through the middles of all spheres, in square metres.

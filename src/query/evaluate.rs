@@ -63,7 +63,6 @@ impl Round<'_> {
 
     /// V_g of a candidate, whose motion is written to `motion`.
     pub(super) fn goal(self, index: usize, motion: &mut Motion) -> f32 {
-        /// Largest V_g.
         const MOST: f32 = 2.0;
         /// A goal within this distance does not count, in metres.
         const NEAR: f32 = 0.1;
@@ -78,7 +77,6 @@ impl Round<'_> {
         ((to - from - way).length() / way.length()).min(MOST)
     }
 
-    /// The result of a candidate that was tested.
     fn result(self, index: usize, clearance: Clearance) -> Evaluated {
         let score = || self.score(index, clearance.metres);
         Evaluated {
@@ -125,7 +123,6 @@ impl Round<'_> {
         maps.slabs(index).map(texels).sum()
     }
 
-    /// A test of the request's attack.
     fn exact_test(&self, extent: Extent, sampling: Sampling) -> ExactTest<'_> {
         ExactTest {
             baked: self.query.baked,
@@ -169,7 +166,6 @@ impl Round<'_> {
         worse(clearance, self.candidate_entered(index, 0.0, body))
     }
 
-    /// The edge of the evasion that a path leads to.
     fn evasion_edge(self, path: PathId) -> EdgeId {
         let goal = self.state.request.path(path).goal;
         self.query.baked.evasions()[goal as usize].edge
@@ -243,7 +239,7 @@ impl Round<'_> {
         quick.or_else(|| {
             let test = ObstacleTest {
                 baked,
-                obstacles: request.obstacles.all(),
+                obstacles: &request.obstacles.obstacles,
                 seconds: (0.0, end),
                 enough,
             };
@@ -281,9 +277,9 @@ impl Round<'_> {
                 motion.restart(graph, request.playhead, steps.chain([evasion]));
             }
             CandidateKind::Move(path) => {
-                let backwards = state.moves.edges_backwards(path);
-                let steps = backwards.map(|edge| MotionStep { edge, rate: 1.0 });
-                motion.restart_backwards(graph, request.playhead, steps);
+                motion.restart(graph, request.playhead, []);
+                let mut push = |edge| motion.push(graph, MotionStep { edge, rate: 1.0 });
+                state.moves.for_each_edge(path, &mut push);
             }
             CandidateKind::Entry(_) | CandidateKind::Layer(_) => {
                 motion.restart(graph, request.playhead, []);
@@ -324,7 +320,6 @@ pub(super) struct Evaluator {
     workers: Workers,
     /// How hard the body pushes if it goes on as it is, in metres per second squared; `None` before it is known.
     natural_push: Option<f32>,
-    /// The motion if the body goes on as it is.
     natural: Motion,
     /// Results of moves that are hit, by prefix: moves that begin with the same edges have the same hits until the prefix ends.
     hits: FxHashMap<MoveId, Clearance>,
@@ -334,7 +329,6 @@ pub(super) struct Evaluator {
     tight: Vec<Bound>,
 }
 
-/// A candidate and a bound of its score or clearance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
     pub value: f32,
@@ -371,12 +365,10 @@ impl Evaluator {
         self.workers.body()
     }
 
-    /// Removes the poses of earlier queries.
     pub(super) fn forget_poses(&mut self) {
         self.workers.forget();
     }
 
-    /// Whether a tested candidate is clean.
     pub(super) fn has_clean(&self) -> bool {
         self.best_score().is_finite()
     }
@@ -462,7 +454,6 @@ impl Evaluator {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// Tests the candidates that may still win.
     fn test_possible_winners(&mut self, round: Round<'_>, order: &[Bound]) {
         let mut best = self.best_score();
         for &Bound { value, index } in order {
@@ -688,9 +679,7 @@ impl Evaluator {
 
     /// Lists the tested candidates that do not push too hard in `order`, the one with the largest clearance first.
     pub(super) fn order_by_depth(&mut self) {
-        let Self {
-            order, evaluated, ..
-        } = self;
+        let (order, evaluated) = (&mut self.order, &self.evaluated);
         order.clear();
         order.extend(evaluated.iter().enumerate().filter_map(|(index, one)| {
             let one = one.filter(|one| !one.is_too_hard())?;

@@ -58,7 +58,6 @@ pub(crate) fn motion(baked: &BakedGraph, edge: EdgeId, frame: f32, place: Rigid2
     motion
 }
 
-/// The joints of a motion.
 pub(crate) fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<JointTransform> {
     let mut pose = Pose::default();
     motion.sample(baked.graph(), seconds, &mut pose);
@@ -70,7 +69,6 @@ pub(crate) fn baked() -> &'static BakedGraph {
     BAKED.get_or_init(|| bake([0.3, 1.1]))
 }
 
-/// A graph of two clips.
 pub(in crate::query) fn bake(seeds: [f32; 2]) -> BakedGraph {
     let skeleton = biped();
     let clips = seeds.map(|seed| clip(&skeleton, seed));

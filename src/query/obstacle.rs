@@ -23,14 +23,14 @@ pub struct Obstacle {
     shape: Shape,
     /// Metres per second.
     velocity: Vec3,
-    weight: f32,
+    /// See [`Obstacle::weighing`].
+    pub(crate) weight: f32,
     /// Time until the moment that counts as now, in seconds.
     later: f32,
     /// Distance by which the obstacle is larger than its shape, in metres.
     margin: f32,
 }
 
-/// The geometry of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     /// Everything behind a plane.
@@ -93,12 +93,8 @@ impl Obstacle {
     pub fn block(center: Vec3, half: Vec3, heading: f32) -> Result<Self, ObstacleError> {
         is_near(center, "the middle")?;
         is_near(half, "the size")?;
-        if half.min_element() <= 0.0 {
-            return Err(ObstacleError::Value("the size"));
-        }
-        if !heading.is_finite() {
-            return Err(ObstacleError::Value("the heading"));
-        }
+        check(half.min_element() > 0.0, "the size")?;
+        check(heading.is_finite(), "the heading")?;
         let (sin, cos) = heading.sin_cos();
         let turn = Vec2::new(cos, sin);
         Ok(Self::new(Shape::Block { center, half, turn }))
@@ -166,9 +162,8 @@ impl Obstacle {
     /// # Errors
     /// A velocity that is not finite or above 100 m/s.
     pub fn moving(self, velocity: Vec3) -> Result<Self, ObstacleError> {
-        if !velocity.is_finite() || velocity.length() > FASTEST {
-            return Err(ObstacleError::Value("the velocity"));
-        }
+        let is_valid = velocity.is_finite() && velocity.length() <= FASTEST;
+        check(is_valid, "the velocity")?;
         Ok(Self { velocity, ..self })
     }
 
@@ -178,9 +173,7 @@ impl Obstacle {
     /// # Errors
     /// A weight that is not positive or above 10⁶.
     pub fn weighing(self, weight: f32) -> Result<Self, ObstacleError> {
-        if !(weight > 0.0 && weight <= 1e6) {
-            return Err(ObstacleError::Value("the weight"));
-        }
+        check(weight > 0.0 && weight <= 1e6, "the weight")?;
         Ok(Self { weight, ..self })
     }
 
@@ -193,7 +186,6 @@ impl Obstacle {
         }
     }
 
-    /// The obstacle, moved down.
     pub(crate) fn lowered(mut self, metres: f32) -> Self {
         match &mut self.shape {
             Shape::HalfSpace { point, .. } => point.y -= metres,
@@ -207,14 +199,8 @@ impl Obstacle {
         self
     }
 
-    /// Velocity, in metres per second.
     pub(crate) fn velocity(&self) -> Vec3 {
         self.velocity
-    }
-
-    /// See [`Obstacle::weighing`].
-    pub(crate) fn weight(&self) -> f32 {
-        self.weight
     }
 
     fn new(shape: Shape) -> Self {
@@ -230,14 +216,15 @@ impl Obstacle {
 
 fn is_near(point: Vec3, what: &'static str) -> Result<(), ObstacleError> {
     let is_valid = point.abs().max_element() <= FURTHEST && point.is_finite();
-    is_valid.then_some(()).ok_or(ObstacleError::Value(what))
+    check(is_valid, what)
 }
 
 fn is_radius(radius: f32) -> Result<(), ObstacleError> {
-    let is_valid = radius > 0.0 && radius <= FURTHEST;
-    is_valid
-        .then_some(())
-        .ok_or(ObstacleError::Value("the radius"))
+    check(radius > 0.0 && radius <= FURTHEST, "the radius")
+}
+
+fn check(is_valid: bool, what: &'static str) -> Result<(), ObstacleError> {
+    is_valid.then_some(()).ok_or(ObstacleError::Value(what))
 }
 
 /// The surface point nearest to a point.
@@ -247,20 +234,6 @@ pub(crate) struct Nearest {
     pub metres: f32,
     /// Direction in which the distance grows fastest; of unit length.
     pub normal: Vec3,
-}
-
-/// Lowest and highest point of the body during a motion, in metres.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Heights {
-    pub low: f32,
-    pub high: f32,
-}
-
-impl Heights {
-    pub(super) const NONE: Self = Self {
-        low: f32::INFINITY,
-        high: f32::NEG_INFINITY,
-    };
 }
 
 impl Obstacle {
@@ -324,10 +297,9 @@ impl Obstacle {
         Vec2::new(point.x - middle.x, point.z - middle.z).normalize_or(Vec2::Y)
     }
 
-    /// Lower bound of the distance from the surface of all points of a vertical line `seconds` from now, in metres.
-    pub(super) fn metres_from_line(&self, axis: Vec2, heights: Heights, seconds: f32) -> f32 {
+    /// Lower bound of the distance from the surface of all points of a vertical line between two heights `seconds` from now, in metres.
+    pub(super) fn metres_from_line(&self, axis: Vec2, [low, high]: [f32; 2], seconds: f32) -> f32 {
         let at = |y: f32| Vec3::new(axis.x, y, axis.y);
-        let Heights { low, high } = heights;
         match &self.shape {
             Shape::HalfSpace { .. } => {
                 let [low, high] = [low, high].map(|y| self.distance(at(y), seconds));

@@ -77,7 +77,6 @@ pub(crate) enum PlanStage {
     /// The evasions of the grid.
     #[default]
     Grid,
-    /// All evasions.
     Evasions,
     /// Layers and entries.
     Entries,
@@ -88,7 +87,6 @@ pub(crate) enum PlanStage {
 impl PlanStage {
     pub(crate) const ALL: [Self; 4] = [Self::Grid, Self::Evasions, Self::Entries, Self::Moves];
 
-    /// The next one; `None` after the last.
     pub(crate) fn next(self) -> Option<Self> {
         Self::ALL.get(self as usize + 1).copied()
     }
@@ -98,7 +96,6 @@ impl PlanStage {
 #[derive(Clone, Debug, Default)]
 struct EvasionPaths {
     paths: Vec<NodePath>,
-    /// Id of the first path.
     first: PathId,
     /// The graph and the node.
     from: Option<(Arc<()>, NodeId)>,
@@ -128,7 +125,6 @@ pub(super) struct ActiveRequest {
     pub blend: Motion,
     pub evaluation: Evaluation,
     pub obstacles: NearObstacles,
-    /// Next node of the playhead.
     pub node: NodeId,
     paths: EvasionPaths,
     /// Time until the playhead reaches the next node, in seconds.
@@ -141,12 +137,10 @@ pub(super) struct ActiveRequest {
     pub plain: Attack,
     /// Margin by which the radii of `attack` are larger, in metres; 0 for none.
     pub margin: f32,
-    /// Whether only paths to an evasion are candidates.
     pub evasions_only: bool,
     pub first_stage: PlanStage,
     /// Whether the request is that of a plan, which has no use for a hit that no warp makes clean.
     pub is_plan: bool,
-    /// Velocity over the ground that the goal of a plan asks for.
     pub velocity: Vec2,
 }
 
@@ -249,7 +243,6 @@ impl ActiveRequest {
         self.node_frame = playhead.next_clip_to_world(graph) * baked.placement(self.node);
     }
 
-    /// Applies the scope of a plan to the request.
     pub(super) fn limit(&mut self, scope: PlanScope<'_>) {
         self.plain.copy_from(scope.plain);
         (self.margin, self.evasions_only) = (scope.margin, scope.evasions_only);
@@ -282,13 +275,11 @@ impl ActiveRequest {
         self.blend.blend_from(graph, played, BENT);
     }
 
-    /// The paths from the next node to evasions.
     pub(super) fn paths(&self) -> impl Iterator<Item = (PathId, &NodePath)> {
         let ids = (self.paths.first.0..).map(PathId);
         ids.zip(&self.paths.paths)
     }
 
-    /// One of these paths.
     pub(super) fn path(&self, id: PathId) -> &NodePath {
         &self.paths.paths[(id.0 - self.paths.first.0) as usize]
     }
@@ -305,9 +296,8 @@ impl ActiveRequest {
         PlayedTrack::new(track, self.node_frame * path.placement, start)
     }
 
-    /// Whether there are obstacles.
     pub(super) fn is_among_obstacles(&self) -> bool {
-        !self.obstacles.all().is_empty()
+        !self.obstacles.obstacles.is_empty()
     }
 
     /// Whether candidates that enter an obstacle are removed. An exhaustive evaluation measures all candidates.

@@ -12,7 +12,6 @@ use crate::maps::{BakedGraph, NodePath};
 /// Durations of the edges of a path at rate 1, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Durations {
-    /// Duration of all edges.
     pub total: f32,
     /// Duration of the edges that may be played faster.
     pub faster: f32,
@@ -21,7 +20,6 @@ pub(super) struct Durations {
 }
 
 impl Durations {
-    /// Durations of a path's edges.
     pub(super) fn new(baked: &BakedGraph, path: &NodePath) -> Self {
         let seconds = |frames: u16| (f64::from(frames) / baked.graph().frame_rate()) as f32;
         Self {
@@ -89,9 +87,6 @@ pub enum RateError {
 }
 
 /// The rate at which a path lasts `available` seconds.
-///
-/// # Errors
-/// No rate brings the path in time.
 pub(super) fn rate(
     durations: &Durations,
     available: f32,

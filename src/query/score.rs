@@ -107,7 +107,6 @@ pub(super) struct Evaluated {
     pub score: Option<Score>,
     /// Whether the final motion was tested over the whole attack.
     pub is_final: bool,
-    /// Warp of the motion; `None` without a warp.
     pub warp: Option<Warp>,
     pub push: Push,
 }
@@ -135,7 +134,6 @@ impl Evaluated {
         }
     }
 
-    /// Whether the body pushes too hard.
     pub(super) fn is_too_hard(&self) -> bool {
         matches!(self.push, Push::TooHard(_))
     }

@@ -13,10 +13,8 @@ use super::state::{QueryState, Source};
 use super::warp::{Warper, adjust, warp_hits};
 use crate::graph::Motion;
 
-/// The chosen candidate of a query.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Selection {
-    /// Index of the chosen candidate.
     pub chosen: usize,
     /// Number of culled candidates that were tested because no other candidate was clean.
     pub reconsidered: usize,
@@ -40,9 +38,7 @@ pub(super) fn select(
         (has_layers, has_entries) = (true, true);
     }
     let (mut reconsidered, mut has_warped) = (0, false);
-    let GatherScratch {
-        natural, ranking, ..
-    } = gather;
+    let (natural, ranking) = (&mut gather.natural, &mut gather.ranking);
     natural.start();
     state.contact = None;
     evaluator.start(&state.candidates);
@@ -85,12 +81,7 @@ pub(super) fn select(
         let is_out = is_grid || has_moves || is_entered || (is_late && has_clean);
         let may_move = !is_out && evaluator.can_moves_win(round);
         if may_walk_on || may_enter || may_move {
-            let QueryState {
-                request,
-                candidates,
-                moves,
-                ..
-            } = &mut *state;
+            let (request, candidates) = (&state.request, &mut state.candidates);
             let body = evaluator.body();
             if may_walk_on || (may_enter && !has_layers) {
                 gather_layers(query, request, candidates, natural, ranking, body);
@@ -102,7 +93,7 @@ pub(super) fn select(
                 gather_entries(query, request, candidates, natural, body);
             } else {
                 has_moves = true;
-                gather_moves(query, request, moves, candidates);
+                gather_moves(query, request, &mut state.moves, candidates);
             }
             state.contact = natural.known_contact();
             continue;

@@ -46,12 +46,10 @@ impl QueryContext {
         self.body().set_limit(limit);
     }
 
-    /// Removes the poses of earlier queries.
     pub(crate) fn forget_poses(&mut self) {
         self.scratch.evaluator.forget_poses();
     }
 
-    /// Ends a plan.
     pub(crate) fn end_plan(&mut self) {
         self.body().set_limit(WorkLimit::default());
     }
@@ -62,7 +60,6 @@ impl QueryContext {
     }
 }
 
-/// Scratch of the stages.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     gather: GatherScratch,
@@ -144,20 +141,15 @@ impl<'a> Query<'a> {
         context: &mut QueryContext,
         answer: &mut Answer,
     ) {
-        let QueryContext {
-            state,
-            scratch,
-            culler,
-        } = context;
+        let (state, scratch) = (&mut context.state, &mut context.scratch);
         let new = || cpu::Culler::default().counting(Counted::FOR_A_SCORE);
-        let culler = culler.get_or_insert_with(new);
+        let culler = context.culler.get_or_insert_with(new);
         let mut session = Session::start(*self, state, scratch, request, scope);
         session.run_on_cpu(culler, answer);
     }
 }
 
 impl<'a> Session<'a> {
-    /// Begins a request.
     fn start(
         query: Query<'a>,
         state: &'a mut QueryState,
@@ -242,13 +234,9 @@ impl<'a> Session<'a> {
 
     /// Continues with the counts of [`Session::count`]: tests candidates, and writes the answer or gathers other candidates.
     pub fn submit_counted(&mut self, answer: &mut Answer) -> Step {
-        let Scratch {
-            gather,
-            evaluator,
-            warper,
-            ..
-        } = &mut *self.scratch;
-        let (query, motion) = (self.query, &mut answer.motion);
+        let (gather, evaluator) = (&mut self.scratch.gather, &mut self.scratch.evaluator);
+        let (query, warper) = (self.query, &mut self.scratch.warper);
+        let motion = &mut answer.motion;
         let selection = select(query, self.state, gather, evaluator, warper, motion);
         let Some(selection) = selection else {
             self.gather(Source::NothingClean);
@@ -310,11 +298,7 @@ impl<'a> Session<'a> {
             Source::Grid => self.query.settings.enumerate,
             _ => Enumerate::Whole,
         };
-        let QueryState {
-            request,
-            candidates,
-            ..
-        } = &mut *self.state;
+        let (request, candidates) = (&self.state.request, &mut self.state.candidates);
         let scratch = &mut self.scratch.gather.evasions;
         gather_evasions(self.query, request, enumerate, candidates, scratch);
         if request.first_stage > PlanStage::Evasions {
@@ -330,12 +314,7 @@ impl<'a> Session<'a> {
     /// Transforms the evasions of the candidates to the frame of the next node, and draws the attack's maps there.
     fn draw_maps(&mut self, outer: bool) {
         let _span = tracing::trace_span!("query: draw the attack's maps").entered();
-        let Scratch {
-            placed,
-            time_offsets,
-            attack,
-            ..
-        } = &mut *self.scratch;
+        let (placed, time_offsets) = (&mut self.scratch.placed, &mut self.scratch.time_offsets);
         let (baked, request) = (self.query.baked, &self.state.request);
         placed.clear();
         time_offsets.clear();
@@ -356,7 +335,7 @@ impl<'a> Session<'a> {
                 clock: offset_index(time_offsets, start - attack_start),
             })
         }));
-        let attack = attack.get_or_insert_with(Attack::empty);
+        let attack = self.scratch.attack.get_or_insert_with(Attack::empty);
         attack.place_from(&request.attack, request.node_frame.inverse());
         let (atlas, reach) = (baked.atlas(), baked.reach());
         let maps = &mut self.state.maps;

@@ -11,7 +11,6 @@ use super::request::{ActiveRequest, Evaluation, PlanStage};
 pub(super) struct QueryState {
     /// Number of the round, unique among all rounds of all queries of the context.
     pub round: u64,
-    /// Whether the round waits for counts.
     pub is_waiting: bool,
     pub request: ActiveRequest,
     /// The stage in which the limit of a plan was reached without a clean candidate.
@@ -20,14 +19,11 @@ pub(super) struct QueryState {
     /// Time at which the attack hits the natural motion, in seconds, if it was needed.
     pub contact: Option<f32>,
     pub candidates: CandidateList,
-    /// Paths of the candidates that are moves.
     pub moves: MoveSearch,
-    /// The maps of this round's candidates.
     pub maps: QueryMaps,
 }
 
 impl QueryState {
-    /// The path of a move; `None` for other candidates.
     pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
         match self.candidates.list[index].kind {
             CandidateKind::Move(path) => Some(path),

@@ -17,7 +17,6 @@ pub(super) struct Workers {
     results: Vec<Option<Clearance>>,
 }
 
-/// The memory of one thread.
 #[derive(Default)]
 struct Worker {
     body: MotionBody,
@@ -28,7 +27,6 @@ impl Workers {
     /// Maximum number of threads. There are too few candidates for more.
     const MAX_THREADS: usize = 64;
 
-    /// The caller's memory.
     pub(super) fn body(&mut self) -> &mut MotionBody {
         if self.workers.is_empty() {
             self.workers.push(Mutex::default());
@@ -37,7 +35,6 @@ impl Workers {
         &mut worker.unwrap_or_else(PoisonError::into_inner).body
     }
 
-    /// Removes the poses of all workers.
     pub(super) fn forget(&mut self) {
         for worker in &mut self.workers {
             let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);

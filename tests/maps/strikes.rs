@@ -6,10 +6,10 @@ use sabaki_fixtures::answer::{answer_request, first_counts};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::clips::joints_at;
 
-use sabaki::maps::{AttackMaps, AttackMove};
+use sabaki::maps::{AttackMaps, AttackMove, MovingSphere, SphereKey};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, Query, QuerySettings, Request};
-use sabaki_fixtures::throw::throws;
+use sabaki_fixtures::throw::{key, throws};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
     let grid = embedded().atlas().grid();
@@ -80,7 +80,13 @@ fn an_attack_of_the_graph_is_answered() {
     let (mut avoided, mut met) = (0, 0);
     let moments = throws(baked, 3, baked.attack_moves().len() as u64);
     for (strike, throw) in baked.attack_moves().iter().zip(moments) {
-        let attack = Attack::from_attack_move(baked, strike, in_front, 0.9).unwrap();
+        let keys = |sphere: &MovingSphere| {
+            let placed = sphere.placed(in_front);
+            let later = |at: &SphereKey| key(at.t + 0.9, at.center, at.radius);
+            placed.keys().iter().map(later).collect()
+        };
+        let spheres = baked.attack_spheres(strike);
+        let attack = Attack::new(spheres.iter().map(keys).collect()).unwrap();
         assert!((attack.start() - 0.9).abs() < 1e-5 && attack.end() > 0.9);
         let query = Query::new(baked, &settings);
         let request = Request::new(throw.playhead, &attack);

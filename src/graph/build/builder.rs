@@ -62,7 +62,7 @@ impl GraphBuilder<'_> {
         test: &mut Option<TransitionTest>,
     ) -> Result<(Vec<Transition>, BuildReport), GraphError> {
         self.watch.check()?;
-        let distances = found.distances();
+        let distances = found.distances;
         let mut transitions = found.finish()?;
         let mut events: Vec<Vec<&GraphEvent>> = vec![Vec::new(); self.clips.len()];
         for event in &self.events {
@@ -95,7 +95,6 @@ impl GraphBuilder<'_> {
         Ok((transitions, report))
     }
 
-    /// For each transition, whether a body cannot do it.
     fn impossible(
         &self,
         test: &mut TransitionTest,
@@ -150,7 +149,7 @@ impl GraphBuilder<'_> {
             seconds,
             events: EventCounts::new(source.events),
             dropped: Dropped::between(&full, &graph),
-            responsiveness: graph.responsiveness_within(&[0.5, 1.0, 1.5], settings.threads),
+            responsiveness: graph.responsiveness_within(&[0.5, 1.0, 1.5], true, settings.threads),
             ..counts
         };
         tracing::debug!(

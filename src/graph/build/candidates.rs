@@ -4,10 +4,9 @@ use crate::graph::build::events;
 use crate::graph::build::input::GraphBuilder;
 use crate::graph::build::moments::Moments;
 use crate::graph::motion_graph::GraphEvent;
-use crate::graph::search::cloud::PointCloud;
-use crate::graph::search::near::WindowCell;
+use crate::graph::search::features::WindowCell;
 use crate::graph::search::transition::Transition;
-use crate::graph::search::windows::Windows;
+use crate::graph::search::windows::{PointCloud, Windows};
 use crate::graph::settings::{GraphSettings, LinkSettings};
 use std::cmp::Ordering;
 
@@ -24,14 +23,12 @@ const SPREAD: f64 = 0.1;
 /// larger than the number of evasions of every default goal of [`LinkSettings`](crate::graph::settings::LinkSettings).
 pub(crate) const MOST: usize = 16;
 
-/// A possible link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) link: Transition,
     /// Index of the event that the link leads to or comes from.
     pub(crate) event: usize,
-    /// Cost: the link's distance, increased if its blend is shorter than the graph's window, in
-    /// metres.
+    /// [`Lengths::cost`], in metres.
     pub(crate) cost: f32,
     /// Number of frames of the windows whose distance was measured.
     pub(crate) compared: usize,
@@ -52,7 +49,6 @@ pub(crate) fn keep_closest(part: &mut Vec<Candidate>) {
     part.truncate(MOST);
 }
 
-/// Side of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     /// Before the event's first frame. Links end there.
@@ -85,7 +81,6 @@ impl Side {
 /// Lengths and distances of links. Lengths are in frames.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lengths {
-    /// Length of the graph's windows.
     pub(crate) window: usize,
     pub(crate) shortest: usize,
     longest: usize,

@@ -6,11 +6,10 @@ use crate::graph::build::events;
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::{Feet, GraphEvent};
 use crate::graph::search::bands::{MapBand, SearchSettings};
-use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::minima::TransitionList;
 use crate::graph::search::pruned::PrunedSearch;
 use crate::graph::search::transition::Transition;
-use crate::graph::search::windows::Windows;
+use crate::graph::search::windows::{PointCloud, Windows};
 use crate::graph::settings::{ClipSource, GraphSettings};
 use crate::graph::watch::{BakeWatch, Unwatched};
 use crate::math::{Rigid2, in_parallel};
@@ -115,7 +114,7 @@ impl<'a> GraphBuilder<'a> {
         let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
         let mut list = self.transition_list();
         search.search(self.bands(), threads, self.watch, |band, found| {
-            list.count(found.computed);
+            list.distances += found.computed;
             list.add(band, &found.minima)
         })?;
         Ok(list)

@@ -19,10 +19,9 @@ use crate::graph::build::moments::{Jump, Moments};
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::Feet;
 use crate::graph::push::PushTest;
-use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::distance::{DistanceMap, WindowPair};
 use crate::graph::search::transition::Transition;
-use crate::graph::search::windows::Windows;
+use crate::graph::search::windows::{PointCloud, Windows};
 use crate::math::{Rigid2, in_parallel, smooth_step};
 use glam::Quat;
 use serde::{Deserialize, Serialize};
@@ -48,7 +47,6 @@ pub struct JoinedClip {
     pub links: [Option<f32>; 2],
 }
 
-/// A clip that is joined.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Island {
     clip: usize,
@@ -112,9 +110,6 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
 }
 
 /// Joins islands to the graph, and returns those that are joined and those whose links are too far. Frames of transitions and events of these clips are moved by the frames that are added before.
-///
-/// # Errors
-/// The added frames are too far away.
 pub(crate) fn join(
     input: &mut GraphBuilder<'_>,
     islands: &[Island],
@@ -156,17 +151,10 @@ pub(crate) fn join(
     let push = PushTest::new(&input.clouds, input.settings.frame_rate);
     let found = in_parallel(input.settings.threads, islands.len(), |index| {
         let island = &islands[index];
-        let search = IslandSearch {
-            space: &space,
-            core: &core,
-            island,
-            own: own(island),
-            push: &push,
-        };
         let is_in = core[space.moments.at(island.clip, pad) as usize];
         [true, false].map(|leads_in| match is_in {
             true => Vec::new(),
-            false => search.links(leads_in),
+            false => links(&space, &core, island, own(island), &push, leads_in),
         })
     });
     let [mut joined, mut apart] = [Vec::new(), Vec::new()];
@@ -219,7 +207,6 @@ fn is_loop(cloud: &PointCloud) -> bool {
     cloud.frames() > 2 && ends(cloud).distance() <= LOOP
 }
 
-/// A transition between frames of two clips, with its distance.
 fn transition(
     input: &GraphBuilder<'_>,
     [source_clip, target_clip]: [usize; 2],
@@ -356,90 +343,82 @@ fn moved(pose: &mut Pose, [from, to]: [&Pose; 2], weight: f32) {
     }
 }
 
-/// The search for links of one island.
-struct IslandSearch<'a> {
-    space: &'a LinkSpace<'a>,
-    core: &'a [bool],
-    island: &'a Island,
-    /// The clip's own frames among those that were added.
+/// The closest links to the island, or from it, at most one of each clip, the closest first. A blend takes longer if the body pushes less hard
+/// then, and links in which it pushes too hard anyway are only taken if there are no others.
+fn links(
+    space: &LinkSpace<'_>,
+    core: &[bool],
+    island: &Island,
     own: Range<usize>,
-    push: &'a PushTest,
+    push: &PushTest,
+    leads_in: bool,
+) -> Vec<Transition> {
+    /// The share of the limit up to which the body pushes easily.
+    const EASY: f32 = 0.4;
+    let (clip, window) = (island.clip, space.lengths.window);
+    // First frames of the windows of the island: those that end with its first frame, or begin after its last one; of a loop all.
+    let length = if island.is_loop { own.len() } else { 1 };
+    let first = match leads_in {
+        true => own.start + 1 - window,
+        false => own.end + 1 - length,
+    };
+    let rows = space.input.clouds[clip].part(first..first + length + window - 1);
+    let rows = Windows::new(&rows, window);
+    let push = |link: &Transition| push.share(link, space.input.align(link));
+    let is_gentle = |link: &Transition| push(link) <= 1.0;
+    let fits = |own, window| fits(space, core, clip, leads_in, own, window);
+    let mut links: Vec<Transition> = Vec::new();
+    for other in 0..space.input.clouds.len() {
+        let columns = &space.input.windows[other];
+        let mut closest: Option<(f32, [usize; 2])> = None;
+        let mut take = |row: usize, squares: &[f32]| {
+            for (column, &square) in squares.iter().enumerate() {
+                let is_closer = closest.is_none_or(|(least, _)| square < least);
+                if is_closer && fits(first + row, (other, column)).is_some() {
+                    closest = Some((square, [first + row, column]));
+                }
+            }
+        };
+        if other != clip && columns.count() > 0 {
+            DistanceMap::new(&rows, columns).for_each_row(&mut take);
+        }
+        let found = closest.and_then(|(square, [row, column])| {
+            let [source, target] = fits(row, (other, column))?;
+            let available = space.available(source, target);
+            let shortest = space.lengths.blend(square.sqrt(), available)?;
+            let (clips, places) = ([source.0, target.0], [source.1, target.1]);
+            let link = |frames| transition(space.input, clips, places, frames);
+            let longer = (shortest..=available).map(link);
+            let pushes = longer.map(|link| (push(&link).max(EASY), link));
+            Some(pushes.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
+        });
+        links.extend(found);
+    }
+    links.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let least = links.first().map_or(0.0, |link| link.distance);
+    links.retain(|link| link.distance <= LINKS.1 * least);
+    if links.iter().any(is_gentle) {
+        links.retain(is_gentle);
+    }
+    links.truncate(LINKS.0);
+    links
 }
 
-impl IslandSearch<'_> {
-    /// The closest links to the island, or from it, at most one of each clip, the closest first. A blend takes longer if the body pushes less hard
-    /// then, and links in which it pushes too hard anyway are only taken if there are no others.
-    fn links(&self, leads_in: bool) -> Vec<Transition> {
-        /// The share of the limit up to which the body pushes easily.
-        const EASY: f32 = 0.4;
-        let (space, clip) = (self.space, self.island.clip);
-        let window = space.lengths.window;
-        // First frames of the windows of the island: those that end with its first frame, or begin after its last one; of a loop all.
-        let length = if self.island.is_loop {
-            self.own.len()
-        } else {
-            1
-        };
-        let first = match leads_in {
-            true => self.own.start + 1 - window,
-            false => self.own.end + 1 - length,
-        };
-        let rows = space.input.clouds[clip].part(first..first + length + window - 1);
-        let rows = Windows::new(&rows, window);
-        let push = |link: &Transition| self.push.share(link, space.input.align(link));
-        let is_gentle = |link: &Transition| push(link) <= 1.0;
-        let mut links: Vec<Transition> = Vec::new();
-        for other in 0..space.input.clouds.len() {
-            let columns = &space.input.windows[other];
-            let mut closest: Option<(f32, [usize; 2])> = None;
-            let mut take = |row: usize, squares: &[f32]| {
-                for (column, &square) in squares.iter().enumerate() {
-                    let is_closer = closest.is_none_or(|(least, _)| square < least);
-                    if is_closer && self.fits(leads_in, first + row, (other, column)).is_some() {
-                        closest = Some((square, [first + row, column]));
-                    }
-                }
-            };
-            if other != clip && columns.count() > 0 {
-                DistanceMap::new(&rows, columns).for_each_row(&mut take);
-            }
-            let found = closest.and_then(|(square, [row, column])| {
-                let [source, target] = self.fits(leads_in, row, (other, column))?;
-                let available = space.available(source, target);
-                let shortest = space.lengths.blend(square.sqrt(), available)?;
-                let (clips, places) = ([source.0, target.0], [source.1, target.1]);
-                let link = |frames| transition(space.input, clips, places, frames);
-                let longer = (shortest..=available).map(link);
-                let pushes = longer.map(|link| (push(&link).max(EASY), link));
-                Some(pushes.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
-            });
-            links.extend(found);
-        }
-        links.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        let least = links.first().map_or(0.0, |link| link.distance);
-        links.retain(|link| link.distance <= LINKS.1 * least);
-        if links.iter().any(is_gentle) {
-            links.retain(is_gentle);
-        }
-        links.truncate(LINKS.0);
-        links
-    }
-
-    /// Clip and frame at which a link between two windows starts and ends, if it starts or ends in the graph and blends no event.
-    fn fits(
-        &self,
-        leads_in: bool,
-        own: usize,
-        (other, start): (usize, usize),
-    ) -> Option<[(usize, usize); 2]> {
-        let (space, clip) = (self.space, self.island.clip);
-        let window = space.lengths.window;
-        let ends = match leads_in {
-            true => [(other, start.checked_sub(1)?), (clip, own + window - 1)],
-            false => [(clip, own - 1), (other, start + window - 1)],
-        };
-        let (in_graph, frame) = if leads_in { ends[0] } else { ends[1] };
-        let is_core = self.core[space.moments.at(in_graph, frame) as usize];
-        (is_core && space.available(ends[0], ends[1]) >= window).then_some(ends)
-    }
+/// Clip and frame at which a link between two windows starts and ends, if it starts or ends in the graph and blends no event.
+fn fits(
+    space: &LinkSpace<'_>,
+    core: &[bool],
+    clip: usize,
+    leads_in: bool,
+    own: usize,
+    (other, start): (usize, usize),
+) -> Option<[(usize, usize); 2]> {
+    let window = space.lengths.window;
+    let ends = match leads_in {
+        true => [(other, start.checked_sub(1)?), (clip, own + window - 1)],
+        false => [(clip, own - 1), (other, start + window - 1)],
+    };
+    let (in_graph, frame) = if leads_in { ends[0] } else { ends[1] };
+    let is_core = core[space.moments.at(in_graph, frame) as usize];
+    (is_core && space.available(ends[0], ends[1]) >= window).then_some(ends)
 }

@@ -12,11 +12,9 @@
 use crate::anim::{Clip, EventKind};
 use crate::graph::build::candidates::{Candidate, LinkSpace, Side};
 use crate::graph::build::input::GraphBuilder;
-use crate::graph::build::join;
-use crate::graph::build::join::LinkSearch;
-use crate::graph::build::moments::Jump;
+use crate::graph::build::moments::{Jump, Moments};
 use crate::graph::build::nearest::Candidates;
-use crate::graph::build::report::{GoalReport, LinkReport};
+use crate::graph::build::report::{GoalReport, LinkObstacle, LinkReport, UnlinkedEvent};
 use crate::graph::build::transition_test::TransitionTest;
 use crate::graph::build::waits::{WaitChange, Waits, whole_frames};
 use crate::graph::search::transition::Transition;
@@ -45,7 +43,7 @@ pub(crate) fn add(
     };
     let unlinked = {
         let _span = tracing::trace_span!("bake: join events").entered();
-        join::join(&mut search)?
+        join(&mut search)?
     };
     let joins = search.links.len();
     let goals = {
@@ -65,6 +63,188 @@ pub(crate) fn add(
     transitions.append(&mut search.links);
     Ok(report)
 }
+
+// Links events that the graph would otherwise drop.
+
+/// The links so far, and the search for more.
+struct LinkSearch<'a> {
+    candidates: Candidates<'a>,
+    /// All transitions and links so far.
+    jumps: Vec<Jump>,
+    links: Vec<Transition>,
+    test: &'a mut Option<TransitionTest>,
+    /// Number of links that were not taken because a body cannot do them.
+    impossible: usize,
+}
+
+impl LinkSearch<'_> {
+    fn moments(&self) -> &Moments {
+        &self.candidates.space.moments
+    }
+
+    fn take(&mut self, link: Transition) {
+        let jump = self.moments().jump(&link);
+        self.jumps.push(jump);
+        self.links.push(link);
+    }
+
+    fn test_links(&mut self, links: &[Transition]) -> Vec<bool> {
+        match &mut self.test {
+            Some(test) => test.impossible(self.candidates.space.input, links),
+            None => vec![false; links.len()],
+        }
+    }
+}
+
+/// Links events to the graph's largest component until no further event can be linked. Returns the
+/// events that could not be linked.
+fn join(search: &mut LinkSearch<'_>) -> Result<Vec<UnlinkedEvent>, Stopped> {
+    let events = &search.candidates.space.events;
+    let playable = |index: &usize| events[*index].first < events[*index].last;
+    let mut open: Vec<usize> = (0..events.len()).filter(playable).collect();
+    loop {
+        let before = search.links.len();
+        match search.moments().component(&search.jumps) {
+            None => first_cycle(search, &open)?,
+            Some(core) => {
+                let space = &search.candidates.space;
+                open.retain(|&event| {
+                    let [first, last] = space.moments.ends(&space.events[event]);
+                    !(core[first as usize] && core[last as usize])
+                });
+                let links_in = closest(search, &open, Side::Before, &core)?;
+                let links_out = closest(search, &open, Side::After, &core)?;
+                for ends in links_in.into_iter().zip(links_out) {
+                    if let (Some(link_in), Some(link_out)) = ends {
+                        search.take(link_in.link);
+                        search.take(link_out.link);
+                    }
+                }
+            }
+        }
+        if search.links.len() == before {
+            return Ok(unlinked(search, &open));
+        }
+    }
+}
+
+/// If the graph has no cycle, adds the closest link from after an event back to before it.
+fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) -> Result<(), Stopped> {
+    let mut loops: Vec<Candidate> = Vec::new();
+    for &index in open {
+        let event = &search.candidates.space.events[index];
+        let [first, _] = search.moments().ends(event);
+        let start = search.moments().of_clip(event.clip.index()).start;
+        let mut allowed = vec![false; search.moments().len()];
+        allowed[start..=first as usize].fill(true);
+        let candidates = &mut search.candidates;
+        let found = candidates.find(&[index], Side::After, Some(&allowed))?;
+        loops.extend(found.first());
+    }
+    let best = loops.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    if let Some(best) = best {
+        search.take(best.link);
+    }
+    Ok(())
+}
+
+/// The closest link of each event on one side that a body can do, or the closest link if it can do none of them: that
+/// is better than losing the event. Only moments that `allowed` contains are linked.
+fn closest(
+    search: &mut LinkSearch<'_>,
+    events: &[usize],
+    side: Side,
+    allowed: &[bool],
+) -> Result<Vec<Option<Candidate>>, Stopped> {
+    let mut tested = vec![TestedLinks::default(); events.len()];
+    let mut open: Vec<usize> = (0..events.len()).collect();
+    let mut most = 16;
+    while !open.is_empty() {
+        let own: Vec<usize> = open.iter().map(|&index| events[index]).collect();
+        let found = search.candidates.nearest(&own, side, allowed, most)?;
+        let mut found = found.iter();
+        open.retain(|&index| {
+            let links = found.next().map_or(&[][..], Vec::as_slice);
+            tested[index].test(search, links);
+            tested[index].found.is_none() && links.len() == most
+        });
+        most *= 4;
+    }
+    let found = tested
+        .into_iter()
+        .map(|links| links.found.or(links.impossible));
+    Ok(found.collect())
+}
+
+/// The links of one event that have been tested.
+#[derive(Clone, Default)]
+struct TestedLinks {
+    tested: usize,
+    /// The closest link that a body cannot do.
+    impossible: Option<Candidate>,
+    /// The closest link that it can do.
+    found: Option<Candidate>,
+}
+
+impl TestedLinks {
+    /// Tests links, closest first. Those that were tested before are skipped.
+    fn test(&mut self, search: &mut LinkSearch<'_>, links: &[Candidate]) {
+        for link in links.iter().skip(self.tested) {
+            self.tested += 1;
+            let Some(link) = search.candidates.space.refined(*link) else {
+                continue;
+            };
+            if !search.test_links(&[link.link])[0] {
+                self.found = Some(link);
+                return;
+            }
+            search.impossible += 1;
+            self.impossible.get_or_insert(link);
+        }
+    }
+}
+
+fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
+    let space = &search.candidates.space;
+    let (input, lengths) = (space.input, space.lengths);
+    let seconds = |frames: usize| frames as f64 / input.settings.frame_rate;
+    let shortest = seconds(lengths.shortest);
+    let why = |event: usize| {
+        let free = |side| space.free_frames(event, side);
+        let (before, after) = (free(Side::Before), free(Side::After));
+        if before < lengths.shortest {
+            LinkObstacle::NoLeadIn {
+                seconds: seconds(before),
+                shortest,
+            }
+        } else if after < lengths.shortest {
+            LinkObstacle::NoTail {
+                seconds: seconds(after),
+                shortest,
+            }
+        } else {
+            LinkObstacle::NothingNear {
+                loosest: lengths.loosest,
+            }
+        }
+    };
+    let events = space.events.iter().enumerate();
+    events
+        .filter_map(|(event, found)| {
+            let obstacle = if found.first == found.last {
+                LinkObstacle::TooShort
+            } else {
+                open.contains(&event).then(|| why(event))?
+            };
+            Some(UnlinkedEvent {
+                event: found.describe(&input.clips, &input.leads, input.settings.frame_rate),
+                obstacle,
+            })
+        })
+        .collect()
+}
+
+// Links that bring evasions within reach.
 
 /// Number of passes over the goals. Later passes include moments that earlier links added to the
 /// graph.
@@ -136,7 +316,6 @@ struct Offer {
     clip_start: u32,
 }
 
-/// Progress of the goals, by moment.
 struct GoalProgress {
     /// All possible links, closest first.
     offers: Vec<Offer>,
@@ -144,7 +323,7 @@ struct GoalProgress {
     left: Vec<u32>,
     waits: Waits,
     /// Moments at which the evasions start.
-    starts: Vec<u32>,
+    starts: Vec<Vec<u32>>,
     /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
     all: usize,
@@ -195,7 +374,7 @@ impl GoalProgress {
             })
         };
         let offers: Vec<Offer> = candidates.iter().filter_map(offer).collect();
-        let start = |&event: &usize| moments.ends(&space.events[event])[0];
+        let start = |&event: &usize| vec![moments.ends(&space.events[event])[0]];
         let seconds: f64 = space.input.clips.iter().map(Clip::duration).sum();
         let mut progress = Self {
             left: (0..offers.len() as u32).collect(),
@@ -213,7 +392,6 @@ impl GoalProgress {
         Some(progress)
     }
 
-    /// Computes all waits.
     fn find_waits(&mut self, search: &LinkSearch<'_>) {
         let threads = search.candidates.space.input.settings.threads;
         self.waits.set_goals(&self.starts, threads);

@@ -6,7 +6,6 @@ pub(crate) mod events;
 pub(crate) mod foot_plans;
 pub(crate) mod input;
 pub(crate) mod islands;
-pub(crate) mod join;
 pub(crate) mod links;
 pub(crate) mod moments;
 pub(crate) mod nearest;

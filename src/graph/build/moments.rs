@@ -4,7 +4,6 @@ use crate::graph::build::prune::{self, WeightedEdge};
 use crate::graph::motion_graph::{EdgeMotion, GraphEvent, MotionGraph, starts};
 use crate::graph::search::transition::Transition;
 
-/// Numbering of the frames of all clips, clip by clip.
 #[derive(Clone, Debug)]
 pub(crate) struct Moments {
     /// Number of each clip's first frame. The last entry is the total.
@@ -20,7 +19,6 @@ pub(crate) struct Jump {
 }
 
 impl Moments {
-    /// Creates the numbering. `frames` yields the number of frames of each clip.
     pub(crate) fn new(frames: impl Iterator<Item = usize>) -> Self {
         Self {
             first: starts(frames.map(|frames| frames as u32)),
@@ -35,12 +33,10 @@ impl Moments {
         self.first[clip] + frame as u32
     }
 
-    /// First and last moment of an event.
     pub(crate) fn ends(&self, event: &GraphEvent) -> [u32; 2] {
         [event.first, event.last].map(|frame| self.at(event.clip.index(), frame as usize))
     }
 
-    /// Numbers of a clip's frames.
     pub(crate) fn of_clip(&self, clip: usize) -> std::ops::Range<usize> {
         self.first[clip] as usize..self.first[clip + 1] as usize
     }

@@ -14,8 +14,7 @@ use crate::graph::build::candidates::{
 };
 use crate::graph::search::diagonal::Diagonals;
 use crate::graph::search::distance::DistanceMap;
-use crate::graph::search::features::Features;
-use crate::graph::search::near::{NearSearch, WindowCell};
+use crate::graph::search::features::{Features, NearSearch, WindowCell};
 use crate::graph::search::projection::Projection;
 use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, Stopped};
@@ -24,7 +23,6 @@ use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-/// Finds possible links.
 pub(crate) struct Candidates<'a> {
     pub(crate) space: LinkSpace<'a>,
     /// Windows of all clips, by their length.
@@ -243,18 +241,15 @@ impl<'a> ClipWindows<'a> {
     }
 }
 
-/// The search for links of one range.
 struct RangeSearch<'a> {
     space: &'a LinkSpace<'a>,
     margin: &'a EventMargin,
     /// Moments that may be linked, or `None` if all may be.
     allowed: Option<&'a [bool]>,
     windows: &'a ClipWindows<'a>,
-    /// The projected windows of the range.
     features: Features,
 }
 
-/// Scratch of a search.
 #[derive(Default)]
 struct Scratch {
     diagonals: Diagonals,
@@ -299,12 +294,9 @@ impl<'a> RangeSearch<'a> {
         if scratch.near.is_empty() {
             return Vec::new();
         }
-        let Scratch {
-            diagonals,
-            near,
-            squares,
-        } = scratch;
+        let (near, squares) = (&mut scratch.near, &mut scratch.squares);
         squares.clear();
+        let diagonals = &mut scratch.diagonals;
         diagonals.for_each([own, windows], Isa::best(), 0..own.count(), near, |pair| {
             squares.push(pair);
         });

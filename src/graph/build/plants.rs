@@ -29,7 +29,6 @@ const GAP: f64 = 0.07;
 /// noise.
 const BELOW_GROUND: f32 = 0.05;
 
-/// Plants of a clip, by leg.
 fn plants(skeleton: &Skeleton, legs: &[Leg], clip: &Clip) -> Vec<Vec<Plant>> {
     let tracks = tracks(skeleton, clip, legs);
     let grounds: Vec<[f32; 2]> = tracks
@@ -137,7 +136,6 @@ fn plants_of_states(states: &[PointState], frame_rate: f64) -> Vec<Plant> {
 }
 
 impl Feet {
-    /// Legs and plants of clips.
     pub(crate) fn new(skeleton: &Skeleton, clips: &[Clip], threads: usize) -> Self {
         let legs = Leg::all(skeleton);
         let plants = in_parallel(threads, clips.len(), |clip| {

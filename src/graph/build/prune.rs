@@ -56,14 +56,12 @@ pub(crate) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
 // algorithm and its applications in data flow analysis", 1981), without recursion. Differs: the largest component is the one with the most
 // motion, not the one with the most nodes.
 
-/// An edge between two nodes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WeightedEdge {
     pub(crate) from: u32,
     pub(crate) to: u32,
     /// Number of clip frames that the edge plays, 0 for a blend.
     pub(crate) clip_frames: u32,
-    /// Length, in frames.
     pub(crate) frames: u32,
 }
 
@@ -95,7 +93,7 @@ pub(crate) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<boo
 /// For each node, a node of its strongly connected component, the same for all nodes of the component.
 ///
 /// `edges` are pairs of nodes, and `nodes` is the number of nodes.
-fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
+pub(crate) fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
     let ends = edges.iter().map(|&(from, to)| (from as usize, to));
     let targets = Grouped::new(nodes, ends);
     let (mut seen, mut left) = (vec![false; nodes], Vec::with_capacity(nodes));

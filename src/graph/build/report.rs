@@ -245,13 +245,15 @@ impl MotionGraph {
     /// after the next node is reached. Moments within an event count; they wait for its end.
     #[must_use]
     pub fn responsiveness(&self, seconds: f64) -> Responsiveness {
-        self.responsiveness_within(&[seconds], 1)[0]
+        self.responsiveness_within(&[seconds], true, 1)[0]
     }
 
-    /// [`MotionGraph::responsiveness`] for several times, computed by `threads` threads.
+    /// [`MotionGraph::responsiveness`] for several times, computed by `threads` threads. Without `told_apart`, all evasions count as one, which
+    /// takes less memory.
     pub(crate) fn responsiveness_within(
         &self,
         seconds: &[f64],
+        told_apart: bool,
         threads: usize,
     ) -> Vec<Responsiveness> {
         let limits: Vec<u32> = seconds
@@ -266,7 +268,10 @@ impl MotionGraph {
             let start = self.node(self.edge(edge).from);
             moments.at(start.clip.index(), start.frame as usize)
         });
-        let starts: Vec<u32> = starts.collect();
+        let starts: Vec<Vec<u32>> = match told_apart {
+            true => starts.map(|start| vec![start]).collect(),
+            false => vec![starts.collect()],
+        };
         waits.set_goals(&starts, threads);
         let goes_on = moments.goes_on();
         let of_limit = |(&seconds, &limit): (&f64, &u32)| {

@@ -19,7 +19,6 @@ const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
 
-/// Test of transitions for feet that are too fast and pushes that are too hard.
 #[derive(Clone, Debug)]
 pub(crate) struct TransitionTest {
     /// Graph of the clips, with the tested transitions as its only edges.
@@ -116,7 +115,6 @@ impl TransitionTest {
     }
 }
 
-/// Whether a toe is faster than `limit` on an edge.
 fn is_faster(graph: &MotionGraph, edge: EdgeId, limit: f32) -> bool {
     let rate = (f64::from(SAMPLES) * graph.frame_rate) as f32;
     let mut pose = Pose::default();

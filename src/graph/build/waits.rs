@@ -24,7 +24,6 @@ pub(crate) struct Waits {
     follows: Vec<bool>,
     /// For each moment, the jumps that end there.
     into: Vec<Vec<Jump>>,
-    /// Number of evasions.
     evasions: usize,
     /// For each group of evasions, the waits, `[moment][evasion]`, or `u16::MAX` if the wait is beyond the horizon.
     groups: Vec<Vec<u16>>,
@@ -44,7 +43,6 @@ pub(crate) struct WaitChange {
 }
 
 impl Waits {
-    /// Creates a table without evasions.
     pub(crate) fn new(moments: &Moments, jumps: &[Jump], horizon: u32) -> Self {
         let mut follows = vec![false; moments.len()];
         for (moment, goes_on) in moments.goes_on().into_iter().enumerate() {
@@ -77,7 +75,6 @@ impl Waits {
         }
     }
 
-    /// Index of a wait in the group of its evasion.
     fn index(&self, evasion: usize, moment: u32) -> usize {
         let first = evasion - evasion % GROUP;
         moment as usize * (self.evasions - first).min(GROUP) + evasion % GROUP
@@ -102,8 +99,8 @@ impl Waits {
         self.near = self.near.min(frames);
     }
 
-    /// Sets the evasions by the moments at which they start, and computes all waits.
-    pub(crate) fn set_goals(&mut self, starts: &[u32], threads: usize) {
+    /// Sets the evasions by the moments at which they start, and computes all waits. Evasions of one list are not told apart.
+    pub(crate) fn set_goals(&mut self, starts: &[Vec<u32>], threads: usize) {
         self.near = self.horizon;
         self.evasions = starts.len();
         let groups: Vec<_> = starts.chunks(GROUP).collect();
@@ -165,9 +162,7 @@ impl Waits {
 
 /// The evasions of a group that each moment reaches, as bits.
 struct Reach<'a> {
-    /// For each moment, whether it follows another moment of its clip.
     follows: &'a [bool],
-    /// For each moment, the jumps that end there.
     into: &'a [Vec<Jump>],
     /// Longer jumps lead to no evasion in time.
     horizon: u32,
@@ -180,13 +175,12 @@ struct Reach<'a> {
 /// The evasions that moments may reach within one number of frames.
 struct Arriving {
     evasions: Vec<u64>,
-    /// Moments with such evasions.
     moments: Vec<u32>,
 }
 
 impl<'a> Reach<'a> {
     /// Starts with the moments at which the evasions of the group start.
-    fn new(follows: &'a [bool], into: &'a [Vec<Jump>], horizon: u32, starts: &[u32]) -> Self {
+    fn new(follows: &'a [bool], into: &'a [Vec<Jump>], horizon: u32, starts: &[Vec<u32>]) -> Self {
         let moments = follows.len();
         let near = into.iter().flatten().map(|jump| jump.frames);
         let longest = near.filter(|&frames| frames <= horizon).max().unwrap_or(0);
@@ -201,8 +195,10 @@ impl<'a> Reach<'a> {
             reached: vec![0; moments],
             arriving: (0..=longest.max(1)).map(|_| none()).collect(),
         };
-        for (evasion, &start) in starts.iter().enumerate() {
-            reach.arrive(start, 0, 1 << evasion);
+        for (evasion, starts) in starts.iter().enumerate() {
+            for &start in starts {
+                reach.arrive(start, 0, 1 << evasion);
+            }
         }
         reach
     }
@@ -235,7 +231,6 @@ impl<'a> Reach<'a> {
         self.arriving[now].moments = moments;
     }
 
-    /// Place of a number of frames in the ring.
     fn place(&self, frames: u32) -> usize {
         frames as usize % self.arriving.len()
     }

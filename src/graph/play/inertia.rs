@@ -32,7 +32,6 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The position as a playhead.
     pub(crate) fn playhead(&self) -> Playhead {
         Playhead {
             edge: self.edge,
@@ -57,7 +56,6 @@ pub(crate) struct Inertia {
     joints: Vec<Decay>,
     /// Offset of each joint's translation, if one of the motions has translations.
     places: Vec<Decay>,
-    /// Offset of each leg's foot.
     feet: Vec<FootDecay>,
 }
 
@@ -68,7 +66,6 @@ impl Clone for Inertia {
         copy
     }
 
-    /// Copies into existing memory.
     fn clone_from(&mut self, other: &Self) {
         (self.start, self.seconds) = (other.start, other.seconds);
         (self.root_seconds, self.root, self.dip) = (other.root_seconds, other.root, other.dip);
@@ -146,7 +143,6 @@ impl Inertia {
         reaches.fold(0.0, f32::max)
     }
 
-    /// Sets the time of the cut and the duration of the decay, in seconds.
     pub(crate) fn set_times(&mut self, start: f32, seconds: f32) {
         (self.start, self.seconds, self.root_seconds) = (start, seconds, seconds);
     }
@@ -527,7 +523,6 @@ impl HeldFoot {
     }
 }
 
-/// Maximum number of legs.
 pub(crate) const MOST_LEGS: usize = 8;
 
 /// Where the offsets of a blend move the feet of the new motion. Where they would bring two feet nearer to each other sideways than they are in
@@ -580,18 +575,15 @@ fn toe_in_ankle(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Vec3 {
     chain.within(leg.toe_or_foot(), leg.foot).translation
 }
 
-/// A leg of a pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LegPose {
     /// The foot's frame with its origin at the toe.
     pub(crate) at_toe: JointTransform,
     /// Hinge of the knee, as from [`Leg::knee_hinge`].
     pub(crate) hinge: Vec3,
-    /// Position of the hip.
     pub(crate) hip: Vec3,
 }
 
-/// Target of a leg in a blend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LegTarget {
     /// The foot's frame with its origin at the toe.
@@ -632,14 +624,8 @@ impl LegTarget {
     /// Bends a leg of `pose` to this target. A knee that the blend bends the wrong way is straightened first.
     pub(crate) fn bend(self, leg: &Leg, skeleton: &Skeleton, pose: &mut Pose) {
         leg.limit_knee(skeleton, pose, self.knee);
-        let JointTransform {
-            rotation,
-            translation,
-        } = self.at_toe;
-        let foot = JointTransform {
-            rotation,
-            translation: translation - rotation * toe_in_ankle(skeleton, pose, leg),
-        };
+        let mut foot = self.at_toe;
+        foot.translation -= foot.rotation * toe_in_ankle(skeleton, pose, leg);
         let knee = Knee::Forward(self.knee.hinge);
         leg.reach_by_knee(skeleton, pose, foot, knee);
     }
@@ -746,7 +732,6 @@ impl FootDecay {
         }
     }
 
-    /// Adds the offset to a leg of the new motion.
     fn moved(&self, LegPose { at_toe, hinge, .. }: LegPose, weights: Weights) -> LegTarget {
         let lift = Vec3::Y * self.lift(weights);
         let mut place = at_toe.translation + self.offset(weights) + lift;
@@ -769,7 +754,6 @@ impl FootDecay {
         self.offset(weights).length() + self.lift(weights) + turned * BESIDE
     }
 
-    /// Transforms the offset to a space that is rotated by `by`.
     pub(crate) fn turn(&mut self, by: Rigid2) {
         self.place.turn(by);
         self.rotation.turn(by);
@@ -802,6 +786,18 @@ pub(crate) fn rotation_vector(turn: Quat) -> Vec3 {
 mod tests {
     use super::*;
 
+    /// A leg with the toe at a place.
+    fn leg(x: f32, y: f32, z: f32) -> LegPose {
+        LegPose {
+            at_toe: JointTransform {
+                translation: Vec3::new(x, y, z),
+                ..JointTransform::IDENTITY
+            },
+            hinge: Vec3::ZERO,
+            hip: Vec3::new(x.signum() * 0.1, 1.0, 0.0),
+        }
+    }
+
     #[test]
     fn what_decays_starts_as_it_was_and_comes_to_rest() {
         let seconds = 0.2;
@@ -821,15 +817,8 @@ mod tests {
 
     #[test]
     fn a_foot_that_is_held_stays_where_it_is_while_the_motion_turns() {
-        let leg = |x: f32| LegPose {
-            at_toe: JointTransform {
-                translation: Vec3::new(x, 0.02, 0.2),
-                ..JointTransform::IDENTITY
-            },
-            ..LegPose::ORIGIN
-        };
         let (blend, by) = (0.3, Rigid2::new(0.01, 0.0, 0.0));
-        let (stood, mut entered) = (leg(0.2), leg(0.1));
+        let (stood, mut entered) = (leg(0.2, 0.02, 0.2), leg(0.1, 0.02, 0.2));
         let mut foot = FootDecay::new([stood; 2], [entered; 2], Vec3::ZERO, 0.01);
         foot.hold(1.0, HeldFoot::MOST);
         for frame in 0..30 {
@@ -846,17 +835,9 @@ mod tests {
 
     #[test]
     fn feet_come_no_nearer_to_each_other_than_in_the_new_motion() {
-        let leg = |x: f32, y: f32| LegPose {
-            at_toe: JointTransform {
-                translation: Vec3::new(x, y, 0.0),
-                ..JointTransform::IDENTITY
-            },
-            hinge: Vec3::ZERO,
-            hip: Vec3::new(x.signum() * 0.1, 1.0, 0.0),
-        };
         // The old motion has the standing foot further in, and the other one swings past it.
-        let (stands, swings) = (leg(0.1, 0.0), leg(-0.05, 0.1));
-        let inwards = leg(0.0, 0.0);
+        let (stands, swings) = (leg(0.1, 0.0, 0.0), leg(-0.05, 0.1, 0.0));
+        let inwards = leg(0.0, 0.0, 0.0);
         let offsets = [
             FootDecay::new([inwards; 2], [stands; 2], Vec3::ZERO, 0.01),
             FootDecay::new([swings; 2], [swings; 2], Vec3::ZERO, 0.01),
@@ -876,20 +857,17 @@ mod tests {
 
     #[test]
     fn a_foot_passes_the_other_without_a_jump() {
-        let leg = |x: f32, z: f32| LegPose {
-            at_toe: JointTransform {
-                translation: Vec3::new(x, 0.1, z),
-                ..JointTransform::IDENTITY
-            },
-            hinge: Vec3::ZERO,
-            hip: Vec3::new(x.signum() * 0.1, 1.0, 0.0),
-        };
         // In the new motion the foot swings past the other one at 4 m/s, in the old one it is still behind.
         let (swing, blend, step) = (4.0, 0.3, 1e-3);
-        let swings = |t: f32| leg(0.02, swing * (t - 0.1));
-        let stands = leg(-0.02, 0.0);
+        let swings = |t: f32| leg(0.02, 0.1, swing * (t - 0.1));
+        let stands = leg(-0.02, 0.1, 0.0);
         let offsets = [
-            FootDecay::new([leg(0.02, -0.7); 2], [swings(0.0); 2], Vec3::ZERO, step),
+            FootDecay::new(
+                [leg(0.02, 0.1, -0.7); 2],
+                [swings(0.0); 2],
+                Vec3::ZERO,
+                step,
+            ),
             FootDecay::new([stands; 2], [stands; 2], Vec3::ZERO, step),
         ];
         let place = |t: f32| {

@@ -67,7 +67,6 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// Piece that plays `edge` after this one.
     fn followed(&self, graph: &MotionGraph, edge: EdgeId, rate: f32) -> Self {
         Self {
             playhead: Playhead {
@@ -111,32 +110,6 @@ impl Motion {
         });
         for step in steps {
             self.push(graph, step);
-        }
-    }
-
-    /// Like [`Motion::restart`], for steps in reverse order.
-    pub fn restart_backwards(
-        &mut self,
-        graph: &MotionGraph,
-        playhead: Playhead,
-        steps: impl IntoIterator<Item = MotionStep>,
-    ) {
-        self.restart(graph, playhead, []);
-        // The edges and rates are final; the times and transforms are computed below.
-        let first = self.pieces[0];
-        self.pieces.extend(steps.into_iter().map(|step| Piece {
-            playhead: Playhead {
-                edge: step.edge,
-                ..first.playhead
-            },
-            rate: step.rate,
-            ..first
-        }));
-        self.pieces[1..].reverse();
-        let count = self.pieces.len();
-        for index in 1..count {
-            let Piece { playhead, rate, .. } = self.pieces[index];
-            self.pieces[index] = self.pieces[index - 1].followed(graph, playhead.edge, rate);
         }
     }
 
@@ -195,11 +168,9 @@ impl Motion {
             Some((event, [piece.start.max(0.0), piece.end]))
         })
     }
-}
 
-// Positions and poses of a motion at a time.
+    // Positions and poses of a motion at a time.
 
-impl Motion {
     /// Playhead after `seconds`. Times before the start or after the end are clamped. A motion that
     /// was never started is at the start of the first edge. During a blend ([`Motion::is_blending`]) the pose differs from the
     /// playhead's.
@@ -238,7 +209,6 @@ impl Motion {
         }
     }
 
-    /// Writes the poses of two moments.
     pub(crate) fn sample_both(&self, graph: &MotionGraph, seconds: [f32; 2], out: &mut [Pose; 2]) {
         for (seconds, pose) in seconds.into_iter().zip(out) {
             self.sample(graph, seconds, pose);
@@ -359,7 +329,6 @@ pub struct Layer {
 const MOST_TILT: f32 = 0.35;
 
 impl Layer {
-    /// Creates a layer that plays a clip from `start` on.
     #[must_use]
     pub(crate) fn new(start: ClipPosition, rate: f32, envelope: Envelope) -> Self {
         Self {
@@ -411,23 +380,11 @@ impl Layer {
     }
 
     pub(crate) fn is_sound(&self, graph: &MotionGraph) -> bool {
-        let Envelope {
-            start,
-            full,
-            release,
-            end,
-        } = self.envelope;
-        let numbers = [
-            self.frame,
-            start,
-            full,
-            release,
-            end,
-            self.cut.unwrap_or(0.0),
-        ];
+        let Envelope { start, full, .. } = self.envelope;
+        let times = [start, full, self.envelope.release, self.envelope.end];
+        let numbers = [self.frame, self.rate, self.cut.unwrap_or(0.0)];
         self.clip.index() < graph.clips().len()
-            && numbers.iter().all(|number| number.is_finite())
-            && self.rate.is_finite()
+            && times.iter().chain(&numbers).all(|one| one.is_finite())
             && self.rate > 0.0
     }
 

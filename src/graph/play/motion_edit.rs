@@ -8,21 +8,6 @@ use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
 use glam::{Vec2, Vec3};
 
-/// A blend that motions have taken over from an earlier one.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ContinuedBlend(Inertia);
-
-impl ContinuedBlend {
-    /// Becomes the blend that a motion has taken over, if there is one. Returns whether it is another one than before.
-    pub(crate) fn follow(&mut self, motion: &Motion) -> bool {
-        let Some(other) = motion.continued_blend().filter(|it| **it != self.0) else {
-            return false;
-        };
-        self.0.clone_from(other);
-        true
-    }
-}
-
 /// A motion that was played until another motion replaces it.
 #[derive(Clone, Copy, Debug)]
 pub struct Played<'a> {
@@ -233,7 +218,7 @@ impl Motion {
     }
 
     /// The blend that the motion has taken over from an earlier one.
-    fn continued_blend(&self) -> Option<&Inertia> {
+    pub(crate) fn continued_blend(&self) -> Option<&Inertia> {
         self.inertias().first().filter(|it| it.start < 0.0)
     }
 
@@ -315,19 +300,6 @@ impl Motion {
             left += 1;
         }
         self.entered = left;
-    }
-
-    /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
-    /// its end.
-    #[must_use]
-    pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[MotionStep]) -> Self {
-        let mut branch = self.rest(graph, seconds);
-        branch.pieces.truncate(1);
-        branch.entered = branch.inertias().partition_point(|one| one.start <= 0.0);
-        for &step in steps {
-            branch.push(graph, step);
-        }
-        branch
     }
 
     /// Transforms the whole motion, including the part that has been played.

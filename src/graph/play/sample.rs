@@ -42,11 +42,6 @@ impl<'a> Sides<'a> {
         })
     }
 
-    /// Frames since the start of the edge.
-    pub(crate) fn frame(&self) -> f32 {
-        self.frame
-    }
-
     pub(crate) fn source(&self) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
         let (skeleton, source) = (self.skeleton, self.source);
         Chain {
@@ -94,13 +89,11 @@ impl<'a> Sides<'a> {
         source.distance(self.target().global(joint).translation)
     }
 
-    /// Position of the root of the blend.
     pub(crate) fn root(&self) -> Vec3 {
         let target = self.align.point(self.target.root());
         self.source.root().lerp(target, self.weight)
     }
 
-    /// Writes the pose of the blend to `out`.
     fn pose(&self, out: &mut Pose) {
         out.root = self.root();
         out.rotations.clear();
@@ -117,7 +110,6 @@ impl<'a> Sides<'a> {
     }
 }
 
-/// A position in a clip.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClipPosition {
     pub(crate) clip: ClipId,
@@ -133,10 +125,8 @@ pub(crate) struct EdgeMoment {
     pub(crate) target: Option<TargetMoment>,
 }
 
-/// Target side of a transition.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TargetMoment {
-    /// Position in the target clip.
     pub(crate) at: ClipPosition,
     /// Transform from the target clip's space to the source clip's space.
     pub(crate) align: Rigid2,
@@ -144,7 +134,6 @@ pub(crate) struct TargetMoment {
 }
 
 impl MotionGraph {
-    /// The skeleton with its trunk and limbs.
     pub(crate) fn rigged_skeleton(&self) -> RiggedSkeleton<'_> {
         RiggedSkeleton {
             skeleton: self.skeleton(),
@@ -223,7 +212,7 @@ impl MotionGraph {
 
 /// Position and rotation of a leg's foot according to `blend`, in the source's space.
 pub(crate) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend) -> JointTransform {
-    let (weight, height) = blend.at(sides.frame());
+    let (weight, height) = blend.at(sides.frame);
     let source = || sides.source().global(leg.foot);
     let target = || sides.target().global(leg.foot);
     // In most frames the foot follows only one side, and the other need not be evaluated.
@@ -246,7 +235,7 @@ impl MotionGraph {
     /// Moves the feet of a transition's blended pose to their planned positions. At both ends of
     /// the transition, the pose already has them there.
     pub(crate) fn keep_feet(&self, id: EdgeId, sides: &Sides<'_>, out: &mut Pose) {
-        let (edge, frame) = (self.edge(id), sides.frame());
+        let (edge, frame) = (self.edge(id), sides.frame);
         if self.feet.blends.is_empty() || frame <= 0.0 || frame >= edge.frames as f32 {
             return;
         }

@@ -4,7 +4,7 @@
 //! the order of that map, so that each distance has the same bits.
 
 use crate::graph::search::distance::{SUMS, WindowRow};
-use crate::graph::search::near::WindowCell;
+use crate::graph::search::features::WindowCell;
 use crate::graph::search::windows::{TILE, Windows};
 use crate::math::Isa;
 use std::ops::Range;
@@ -29,8 +29,8 @@ pub(crate) struct Diagonals {
 impl Diagonals {
     /// Copies the points of the windows `rows` of `a`.
     fn load(&mut self, a: &Windows, rows: Range<usize>) {
-        let frames = rows.start..(rows.end + a.window() - 1).min(a.frames());
-        let joints = a.weights().len();
+        let frames = rows.start..(rows.end + a.window() - 1).min(a.frames);
+        let joints = a.weights.len();
         self.width = frames.len() + 2 * TILE;
         self.weighted.clear();
         self.weighted.resize(3 * joints * self.width, 0.0);
@@ -87,7 +87,6 @@ impl Diagonals {
         }
     }
 
-    /// Index of a frame of the first cloud in a row.
     #[inline(always)]
     fn index(&self, frame: usize) -> usize {
         frame + TILE - self.frames.start

@@ -15,13 +15,11 @@
 //! θ     = atan2(cross, dot)
 //! ```
 
-use crate::graph::search::cloud::PointCloud;
-use crate::graph::search::windows::{TILE, WindowSums, Windows};
+use crate::graph::search::windows::{PointCloud, TILE, WindowSums, Windows};
 use crate::math::{Isa, Rigid2};
 use glam::Vec3;
 use std::ops::Range;
 
-/// Sums over a pair of windows.
 #[derive(Clone, Copy, Debug, Default)]
 struct PairSums {
     heights: f64,
@@ -30,7 +28,6 @@ struct PairSums {
 }
 
 impl PairSums {
-    /// Squared distance of the windows with the sums `a` and `b`.
     fn squared_distance(&self, a: WindowSums, b: WindowSums) -> f64 {
         let (dot, cross) = self.turn(a, b);
         let spread = a.spread() + b.spread();
@@ -123,7 +120,6 @@ pub(crate) const ROWS: usize = 4;
 /// Number of sums for a pair of frames and for a pair of windows: heights, dot, cross.
 pub(crate) const SUMS: usize = 3;
 
-/// Values of `L` neighbouring columns.
 type Lanes<const L: usize> = [f32; L];
 
 /// Sums the products of `R` frames with lanes `part * L` to `part * L + L` of a tile.
@@ -256,8 +252,8 @@ impl<'a> DistanceMap<'a> {
         let window = a.window();
         let mut sums = Sums::new(a, b);
         let mut squared = vec![0.0; b.count()];
-        for block in (0..a.frames()).step_by(window) {
-            let rows = window.min(a.frames() - block);
+        for block in (0..a.frames).step_by(window) {
+            let rows = window.min(a.frames - block);
             for first in (0..rows).step_by(ROWS) {
                 let phases = first..(first + ROWS).min(rows);
                 match isa {
@@ -312,11 +308,9 @@ impl<T: Copy + Default> Block<T> {
     }
 }
 
-/// Sums for the rows of a map.
 struct Sums<'a> {
     a: &'a Windows,
     b: &'a Windows,
-    /// Sums of each row of the current block.
     block: Block<f32>,
     /// Suffix sums of the previous block: each row plus all later rows.
     before: Block<f64>,
@@ -330,7 +324,7 @@ impl<'a> Sums<'a> {
     fn new(a: &'a Windows, b: &'a Windows) -> Self {
         let window = a.window();
         // Up to the end of the last tile, shifted by the largest phase.
-        let length = b.frames().next_multiple_of(TILE) + window - 1;
+        let length = b.frames.next_multiple_of(TILE) + window - 1;
         Self {
             a,
             b,

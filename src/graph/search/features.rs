@@ -1,13 +1,14 @@
-//! The projections of a clip's windows, in the layout that bounds are computed from.
+//! The projections of a clip's windows, in the layout that bounds are computed from, and the search for near pairs by these bounds.
 
 use crate::graph::search::projection::{Complex, HEIGHTS, PLACES, Projected, Projection};
 use crate::graph::search::windows::Windows;
+use std::ops::Range;
 
 /// Number of neighbouring windows in a ball.
 pub(crate) const NODE: usize = 8;
 
 /// Number of balls that are compared together.
-pub(crate) const NODES: usize = 16;
+const NODES: usize = 16;
 
 /// Number of real values of a window: projected heights, and two lengths of remainders.
 const REALS: usize = HEIGHTS + 2;
@@ -25,7 +26,6 @@ const fn slack(joints: usize) -> f64 {
     4.0 * (joints + REALS + 4 * PLACES + 16) as f64 * UNIT
 }
 
-/// Projections of `L` windows.
 #[derive(Clone, Copy, Debug)]
 struct Tile<const L: usize> {
     reals: [[f32; L]; REALS],
@@ -36,7 +36,7 @@ struct Tile<const L: usize> {
 
 /// Projection of one window that is compared with many windows.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Query {
+struct Query {
     reals: [f32; REALS],
     re: [f32; PLACES],
     im: [f32; PLACES],
@@ -51,7 +51,6 @@ struct Group {
     radii: [f32; NODES],
 }
 
-/// Projections of all windows of a clip.
 #[derive(Clone, Debug)]
 pub(crate) struct Features {
     /// Single windows and balls, to be compared with many.
@@ -66,7 +65,7 @@ pub(crate) struct Features {
 
 /// A ball whose neighbours are searched.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ball {
+struct Ball {
     centre: Query,
     /// Radius of the ball, enlarged by half of the threshold.
     radius: f32,
@@ -122,19 +121,14 @@ impl<const L: usize> Tile<L> {
 impl Query {
     /// Converts a projection. `slack` is subtracted from its norm.
     fn new(projected: &Projected, slack: f64) -> Self {
-        let Projected {
-            heights,
-            remainders,
-            places,
-        } = projected;
         let reals: [f32; REALS] = std::array::from_fn(|index| match index.checked_sub(HEIGHTS) {
-            None => heights[index] as f32,
-            Some(index) => remainders[index] as f32,
+            None => projected.heights[index] as f32,
+            Some(index) => projected.remainders[index] as f32,
         });
         let mut query = Self {
             reals,
-            re: places.map(|[re, _]| re as f32),
-            im: places.map(|[_, im]| im as f32),
+            re: projected.places.map(|[re, _]| re as f32),
+            im: projected.places.map(|[_, im]| im as f32),
             norm: 0.0,
         };
         query.norm = (query.square() - slack) as f32;
@@ -169,7 +163,8 @@ impl Query {
 }
 
 impl Ball {
-    /// Returns a bit for each of several balls, set if it may be within reach.
+    /// Returns a bit for each of several balls, set if it may contain a window near a window of this one, or if its distance is not a number.
+    /// Windows are near if they are at most `beyond` metres farther apart than the threshold.
     #[inline(always)]
     fn near<const L: usize>(&self, centres: &Tile<L>, radii: &[f32; L], beyond: f32) -> u32 {
         let squared = centres.squared(&self.centre);
@@ -185,7 +180,7 @@ impl Ball {
 impl Features {
     /// Projects the windows of a clip. `threshold` is that of the search, in metres.
     pub(crate) fn new(projection: &Projection, clip: &Windows, threshold: f32) -> Self {
-        let slack = slack(clip.weights().len());
+        let slack = slack(clip.weights.len());
         let windows = projection.project(clip).enumerate().map(|(at, projected)| {
             let slack = slack * clip.mean_square(at);
             (Query::new(&projected, slack), slack)
@@ -229,46 +224,9 @@ impl Features {
         features
     }
 
-    /// Number of balls.
-    pub(crate) fn nodes(&self) -> usize {
-        self.balls.len()
-    }
-
-    /// Number of groups of [`NODES`] balls.
-    pub(crate) fn groups(&self) -> usize {
-        self.groups.len()
-    }
-
-    /// A ball of [`NODE`] windows.
-    #[inline(always)]
-    pub(crate) fn ball(&self, node: usize) -> &Ball {
-        &self.balls[node]
-    }
-
-    /// One window.
-    #[inline(always)]
-    pub(crate) fn window(&self, window: usize) -> &Query {
-        &self.windows[window]
-    }
-
-    /// Returns a bit for each ball of a group, set if it may contain a window near a window of `ball`, or if a distance is not a number. Windows
-    /// are near if they are at most `beyond` metres farther apart than the threshold.
-    #[inline(always)]
-    pub(crate) fn near_balls(&self, ball: &Ball, group: usize, beyond: f32) -> u32 {
-        let group = &self.groups[group];
-        ball.near(&group.centres, &group.radii, beyond)
-    }
-
-    /// Returns a bit for each window of a ball, set if it may be near a window of another ball, or if its distance is not a number. `beyond`
-    /// is that of [`Features::near_balls`].
-    #[inline(always)]
-    pub(crate) fn windows_near_ball(&self, node: usize, ball: &Ball, beyond: f32) -> u32 {
-        ball.near(&self.tiles[node], &self.reaches[node], beyond)
-    }
-
     /// Returns a bit for each window of a ball, set if its distance from a window may be below the square root of `limit`, or is not a number.
     #[inline(always)]
-    pub(crate) fn near_windows(&self, window: &Query, node: usize, limit: f32) -> u32 {
+    fn near_windows(&self, window: &Query, node: usize, limit: f32) -> u32 {
         let squared = self.tiles[node].squared(window);
         let mut near = 0;
         for (lane, squared) in squared.iter().enumerate() {
@@ -283,4 +241,96 @@ impl Features {
 #[inline(always)]
 fn unless(far: bool) -> u32 {
     u32::from(!far)
+}
+
+// Pairs of windows that a lower bound does not show to be far apart.
+
+/// A window pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct WindowCell {
+    /// Window of the first cloud.
+    pub(crate) row: u32,
+    /// Window of the second cloud.
+    pub(crate) column: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearSearch<'a> {
+    pub(crate) features: [&'a Features; 2],
+    /// Square of the distance below which pairs are near, in square metres.
+    pub(crate) limit: f32,
+    /// Difference between that distance and the smaller one that the features are made for, in metres.
+    pub(crate) beyond: f32,
+    /// Minimum number of columns between the diagonal and a minimum in the map of a clip with itself; `None` for two clips.
+    pub(crate) gap: Option<usize>,
+    pub(crate) columns: usize,
+}
+
+impl NearSearch<'_> {
+    /// First column that can be a minimum or a neighbour of one.
+    fn first_column(&self, row: usize) -> usize {
+        self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
+    }
+
+    /// Finds all pairs of the windows `rows` of the first cloud that are near, and some farther pairs.
+    #[inline(always)]
+    pub(crate) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
+        for node in rows.start / NODE..rows.end.div_ceil(NODE) {
+            let own = rows.start.max(node * NODE)..rows.end.min((node + 1) * NODE);
+            self.find_of_node(node, own, near);
+        }
+    }
+
+    /// Finds the pairs of the windows `rows`, which belong to one ball.
+    #[inline(always)]
+    fn find_of_node(&self, node: usize, rows: Range<usize>, near: &mut Vec<WindowCell>) {
+        let [a, b] = self.features;
+        let ball = &a.balls[node];
+        let own = bits(rows.start - node * NODE..rows.end - node * NODE);
+        for group in self.first_column(rows.start) / NODE / NODES..b.groups.len() {
+            let Group { centres, radii } = &b.groups[group];
+            let mut balls = ball.near(centres, radii, self.beyond);
+            while balls != 0 {
+                let other = group * NODES + balls.trailing_zeros() as usize;
+                balls &= balls - 1;
+                if other >= b.balls.len() {
+                    break;
+                }
+                let (tile, reaches) = (&a.tiles[node], &a.reaches[node]);
+                let mut windows = own & b.balls[other].near(tile, reaches, self.beyond);
+                while windows != 0 {
+                    let row = node * NODE + windows.trailing_zeros() as usize;
+                    windows &= windows - 1;
+                    self.find_of_row(row, other, near);
+                }
+            }
+        }
+    }
+
+    /// Finds the windows of a ball of the second cloud that are near a row.
+    #[inline(always)]
+    fn find_of_row(&self, row: usize, other: usize, near: &mut Vec<WindowCell>) {
+        let [a, b] = self.features;
+        let first = self.first_column(row);
+        if (other + 1) * NODE <= first {
+            return;
+        }
+        let mut columns = b.near_windows(&a.windows[row], other, self.limit);
+        while columns != 0 {
+            let column = other * NODE + columns.trailing_zeros() as usize;
+            columns &= columns - 1;
+            if column >= first && column < self.columns {
+                near.push(WindowCell {
+                    row: row as u32,
+                    column: column as u32,
+                });
+            }
+        }
+    }
+}
+
+/// A bit for each index of a range within a ball.
+#[inline(always)]
+fn bits(range: Range<usize>) -> u32 {
+    (1 << range.end) - (1 << range.start)
 }

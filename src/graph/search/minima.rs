@@ -30,10 +30,7 @@ impl CloseMinima {
         }
     }
 
-    /// Adds a minimum.
-    ///
-    /// # Errors
-    /// There are more minima than a graph may have transitions.
+    /// Adds a minimum, unless there are more than a graph may have transitions.
     pub(crate) fn push(&mut self, minimum: Minimum) -> Result<(), GraphError> {
         self.minima.push(minimum);
         if self.minima.len() <= self.limit {
@@ -87,13 +84,12 @@ fn thin_out(mut found: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
 #[derive(Debug)]
 pub struct TransitionList {
     settings: SearchSettings,
-    /// Clips of the current map.
     map: (usize, usize),
     /// Minima of the current map so far.
     minima: CloseMinima,
     transitions: Vec<Transition>,
     /// Number of distances that were computed for the minima.
-    distances: u64,
+    pub(crate) distances: u64,
 }
 
 impl TransitionList {
@@ -105,16 +101,6 @@ impl TransitionList {
             transitions: Vec::new(),
             distances: 0,
         }
-    }
-
-    /// Counts distances that were computed for the minima.
-    pub(crate) fn count(&mut self, distances: u64) {
-        self.distances += distances;
-    }
-
-    /// Number of distances that were counted.
-    pub(crate) fn distances(&self) -> u64 {
-        self.distances
     }
 
     /// Adds the minima of a band. Bands are added in the order of [`SearchSettings::bands`].
@@ -131,10 +117,6 @@ impl TransitionList {
             .try_for_each(|&minimum| self.minima.push(minimum))
     }
 
-    /// All transitions.
-    ///
-    /// # Errors
-    /// The graph would have too many transitions.
     pub(crate) fn finish(mut self) -> Result<Vec<Transition>, GraphError> {
         self.close_map()?;
         let most = GraphSettings::MOST_TRANSITIONS;

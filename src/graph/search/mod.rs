@@ -5,20 +5,17 @@
 //! [`TransitionList`] of a [`GraphBuilder`](crate::graph::GraphBuilder). The result is the same to the bit.
 
 pub(crate) mod bands;
-pub(crate) mod cloud;
 pub(crate) mod diagonal;
 pub(crate) mod distance;
 pub(crate) mod features;
 pub(crate) mod minima;
-pub(crate) mod near;
 pub(crate) mod projection;
 pub(crate) mod pruned;
 pub(crate) mod transition;
 pub(crate) mod windows;
 
 pub use bands::{MapBand, Minimum, SearchSettings};
-pub use cloud::PointCloud;
 pub use distance::{DistanceMap, WindowPair};
 pub use minima::TransitionList;
 pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
-pub use windows::Windows;
+pub use windows::{PointCloud, Windows};

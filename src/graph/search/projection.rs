@@ -68,7 +68,6 @@ pub(crate) struct Projection {
     of_places: Vec<[usize; 2]>,
 }
 
-/// A window's projection.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Projected {
     pub(crate) heights: [f64; HEIGHTS],
@@ -82,7 +81,7 @@ impl Projection {
     pub(crate) fn new(clips: &[&Windows]) -> Self {
         let windows: usize = clips.iter().map(|clip| clip.count()).sum();
         let window = clips.first().map_or(1, |clip| clip.window());
-        let weights = clips.first().map_or(&[][..], |clip| clip.weights());
+        let weights = clips.first().map_or(&[][..], |clip| &clip.weights[..]);
         let step = windows.div_ceil(SAMPLES).max(1);
         let samples: Vec<(&Windows, usize)> = clips
             .iter()
@@ -167,11 +166,10 @@ impl Projection {
         self.of_places = best(&ground, &kept[1], PLACES);
     }
 
-    /// Projects all windows of a clip.
     pub(crate) fn project(&self, clip: &Windows) -> impl Iterator<Item = Projected> {
         let frames = match clip.count() {
             0 => 0,
-            _ => clip.frames(),
+            _ => clip.frames,
         };
         let frames: Vec<Frame> = (0..frames).map(|frame| self.frame(clip, frame)).collect();
         (0..clip.count()).map(move |at| {

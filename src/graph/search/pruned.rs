@@ -7,9 +7,8 @@
 use crate::graph::error::GraphError;
 use crate::graph::search::bands::{MapBand, Minimum, SearchSettings};
 use crate::graph::search::diagonal::Diagonals;
-use crate::graph::search::features::{Features, NODE};
+use crate::graph::search::features::{Features, NODE, NearSearch, WindowCell};
 use crate::graph::search::minima::CloseMinima;
-use crate::graph::search::near::{NearSearch, WindowCell};
 use crate::graph::search::projection::Projection;
 use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, BakeWatch};
@@ -72,7 +71,7 @@ impl<'a> PrunedSearch<'a> {
     /// Panics if the clips have different numbers of points or windows of different lengths.
     #[must_use]
     pub fn new(settings: SearchSettings, windows: Vec<&'a Windows>, threads: usize) -> Self {
-        let same = |pair: &[&Windows]| pair[0].has_weights_of(pair[1]);
+        let same = |pair: &[&Windows]| pair[0].weights == pair[1].weights;
         assert!(windows.windows(2).all(same), "clouds of one skeleton");
         let projection = Projection::new(&windows);
         let features = in_parallel(threads, windows.len(), |clip| {
@@ -225,7 +224,6 @@ impl<'a> PrunedSearch<'a> {
     }
 }
 
-/// The search of a band.
 struct BandSearch<'a> {
     band: MapBand,
     windows: [&'a Windows; 2],

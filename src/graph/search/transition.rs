@@ -1,7 +1,7 @@
 use crate::graph::motion_graph::{ClipId, GraphEvent, Node};
 use crate::graph::search::bands::Minimum;
-use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::distance::WindowPair;
+use crate::graph::search::windows::PointCloud;
 
 /// A blend from one clip to another.
 ///
@@ -11,15 +11,12 @@ use crate::graph::search::distance::WindowPair;
 /// frame is the target alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Transition {
-    /// Index of the source clip.
     pub source_clip: usize,
     /// Frame of the source where the blend starts. It is the last frame of the source alone.
     pub source_frame: usize,
-    /// Index of the target clip.
     pub target_clip: usize,
     /// Frame of the target where the blend ends. It is the first frame of the target alone.
     pub target_frame: usize,
-    /// Length of the blend, in frames.
     pub frames: usize,
     /// Root of the mean squared point distance of the windows, in metres.
     pub distance: f32,

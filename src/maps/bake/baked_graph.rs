@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId, Playhead};
+use crate::graph::{EdgeId, Entry, Motion, MotionGraph, NodeId, Playhead};
 use crate::maps::entries::{EntryReport, EntryTable, KnownEntry, Stance, TargetStances};
 use crate::maps::grid::{Grid, GridCells, PathTable, Retimable};
 use crate::maps::regions::{
@@ -277,21 +277,8 @@ impl BakedGraph {
     /// Share of the frames of all clips from which an evasion can start within `seconds`, at rate
     /// 1.
     pub fn responsive_share(&self, seconds: f64) -> f64 {
-        let limit = seconds * self.graph.frame_rate();
-        let waits = frames_to_evasion(&self.graph, &self.evasions);
-        let (mut soon, mut all) = (0.0, 0.0);
-        let edges = self.graph.edges().iter();
-        for edge in edges.filter(|edge| edge.motion == EdgeMotion::Clip) {
-            let frames = f64::from(edge.frames);
-            all += frames;
-            let wait = waits[edge.to.index()];
-            if wait != u32::MAX {
-                // An edge has the frames 1 to `frames` before its end. Count those from which the
-                // evasion starts within the limit.
-                soon += (limit - f64::from(wait)).floor().clamp(0.0, frames);
-            }
-        }
-        if all > 0.0 { soon / all } else { 0.0 }
+        let all = self.graph.responsiveness_within(&[seconds], false, 1);
+        all[0].share
     }
 
     /// Computes everything that queries otherwise compute on first use: for each evasion the body's spheres over time and the cells that
@@ -307,32 +294,4 @@ impl BakedGraph {
         self.paths.prepare();
         self.grid().prepare();
     }
-}
-
-/// Minimum number of frames from each node to an evasion's start, `u32::MAX` if it reaches none: Dijkstra's algorithm from all starts,
-/// against the edges' direction.
-fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
-    let into = graph.edges_into();
-    let mut frames = vec![u32::MAX; graph.nodes().len()];
-    let mut open = std::collections::BinaryHeap::new();
-    for evasion in evasions {
-        let start = graph.edge(evasion.edge).from;
-        frames[start.index()] = 0;
-        open.push(std::cmp::Reverse((0, start.0)));
-    }
-    while let Some(std::cmp::Reverse((so_far, node))) = open.pop() {
-        if so_far > frames[node as usize] {
-            continue;
-        }
-        for &edge in into.group(node as usize) {
-            let edge = &graph.edges()[edge as usize];
-            let total = so_far.saturating_add(edge.frames);
-            let known = &mut frames[edge.from.index()];
-            if total < *known {
-                *known = total;
-                open.push(std::cmp::Reverse((total, edge.from.0)));
-            }
-        }
-    }
-    frames
 }

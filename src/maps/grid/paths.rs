@@ -336,7 +336,7 @@ impl PathTable {
                 rest: At {
                     path: first[edge.to.index()],
                     node: edge.to,
-                    first_edge: graph.first_edges()[edge.to.index()],
+                    first_edge: graph.first_edge[edge.to.index()],
                 },
                 frames: u16::try_from(edge.frames).unwrap_or(0),
                 retimable: retimable[id.index()],
@@ -353,7 +353,7 @@ impl PathTable {
             first,
             links,
             report,
-            first_edge: graph.first_edges().to_vec(),
+            first_edge: graph.first_edge.to_vec(),
             steps,
         }
     }

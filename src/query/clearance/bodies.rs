@@ -41,7 +41,6 @@ pub(super) trait BodySamples {
 pub(super) struct Intervals {
     /// First sample of the first interval.
     pub tick: usize,
-    /// Number of intervals.
     pub count: usize,
 }
 
@@ -169,7 +168,6 @@ impl BodySamples for TrackedBody<'_> {
     }
 }
 
-/// The posed samples of one motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PosedSamples {
     /// Number of each sample's pose in the cache, from `first_tick` on.
@@ -194,7 +192,6 @@ struct Ends<const ROWS: usize> {
 const MOST_ENDS: usize = 4;
 
 impl PosedSamples {
-    /// The body along a motion.
     pub(super) fn on<'a>(
         &'a mut self,
         poses: &'a mut PoseCache,
@@ -260,7 +257,7 @@ impl PosedBody<'_> {
     fn bounding_sphere(&self, tick: usize) -> [f32; 4] {
         let seconds = tick as f32 / SAMPLE_RATE;
         let [x, y, z] = self.motion.root(self.baked.graph(), seconds).to_array();
-        [x, y, z, self.baked.reach() + self.poses.additive().moves()]
+        [x, y, z, self.baked.reach() + self.poses.additive.moves()]
     }
 
     /// A vertical cylinder around the body. A posed sample has a tight one.
@@ -270,7 +267,7 @@ impl PosedBody<'_> {
         }
         let seconds = tick as f32 / SAMPLE_RATE;
         let is_composed = self.motion.is_blending(seconds) || self.motion.is_layered(seconds);
-        if is_composed || !self.poses.additive().is_empty() {
+        if is_composed || !self.poses.additive.is_empty() {
             let [x, y, z, reach] = self.bounding_sphere(tick);
             return BoundingCylinder {
                 axis: Vec2::new(x, z),

@@ -149,14 +149,12 @@ pub(super) struct Spheres<'a> {
     pub count: usize,
 }
 
-/// The nearest body sphere.
 #[derive(Clone, Copy)]
 pub(super) struct Nearest {
     /// Distance of the surfaces, in metres.
     pub metres: f32,
     /// Time on the segment: 0 at its start, 1 at its end.
     pub share: f32,
-    /// Index of the body sphere.
     pub sphere: usize,
 }
 

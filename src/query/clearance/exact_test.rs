@@ -14,11 +14,10 @@ use std::time::Instant;
 
 use glam::{Vec2, Vec3Swizzles};
 
-use super::additive::AdditiveLayer;
 use super::bodies::{PlayedTrack, PosedSamples, TrackedBody};
 use super::extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 use super::obstacle_test::{ObstacleScratch, ObstacleTest};
-use super::pose_cache::PoseCache;
+use super::pose_cache::{AdditiveLayer, PoseCache};
 use super::sweep::{Sweep, SweepScratch, TimeWindow};
 use crate::graph::Motion;
 use crate::graph::push::{PUSH_WINDOW, acceleration};
@@ -52,7 +51,6 @@ pub struct MotionBody {
     /// A motion that is built for a test of obstacles.
     pub(in crate::query) among_obstacles: Motion,
     limit: WorkLimit,
-    /// Work since the limit was set.
     work: usize,
     /// Whether the limit does not hold.
     has_grace: bool,
@@ -78,7 +76,6 @@ impl MotionBody {
         self.has_grace = has_grace;
     }
 
-    /// Whether the limit is reached.
     pub(crate) fn is_late(&self) -> bool {
         let most = self.limit.most;
         let is_over = most > 0 && self.work >= most;
@@ -113,7 +110,7 @@ impl MotionBody {
         /// Number of centres in a window of [`PUSH_WINDOW`], and of samples from one centre to the next: the exact test has most of these poses.
         const CENTRES: usize = 2;
         const TICKS: usize = (PUSH_WINDOW * SAMPLE_RATE) as usize / CENTRES;
-        let before = self.poses.count();
+        let before = self.poses.count;
         self.poses.start(baked, motion);
         let (mut centres, mut most) = ([Vec2::ZERO; 2 * CENTRES + 1], 0.0);
         for index in 0.. {
@@ -133,7 +130,7 @@ impl MotionBody {
                 most = acceleration(way).max(most);
             }
         }
-        self.work += self.poses.count().saturating_sub(before);
+        self.work += self.poses.count.saturating_sub(before);
         most
     }
 
@@ -149,9 +146,9 @@ impl MotionBody {
                 sphere: 0,
             });
         }
-        let before = self.poses.count();
+        let before = self.poses.count;
         let worst = test.worst_entry(motion, &mut self.poses, &mut self.obstacles);
-        self.work += test.obstacles.len() + self.poses.count().saturating_sub(before);
+        self.work += test.obstacles.len() + self.poses.count.saturating_sub(before);
         worst
     }
 }
@@ -174,19 +171,13 @@ impl<'a> ExactTest<'a> {
             return self.too_late();
         }
         let deadline = scratch.deadline();
-        let MotionBody {
-            poses,
-            posed,
-            sweep,
-            work,
-            ..
-        } = scratch;
-        let before = poses.count();
+        let (poses, posed) = (&mut scratch.poses, &mut scratch.posed);
+        let before = poses.count;
         let mut body = posed.on(poses, self.baked, motion, self.sampling);
-        let mut sweep = Sweep::new(self.attack, self.extent, deadline, sweep);
+        let mut sweep = Sweep::new(self.attack, self.extent, deadline, &mut scratch.sweep);
         sweep.run(&mut body, TimeWindow::on_motion(0.0, f32::INFINITY));
         let nearest = sweep.nearest();
-        *work += self.attack.spheres().len() + poses.count().saturating_sub(before);
+        scratch.work += self.attack.spheres().len() + poses.count.saturating_sub(before);
         nearest
     }
 
@@ -231,21 +222,14 @@ impl<'a> ExactTest<'a> {
         if scratch.is_late() {
             return self.too_late();
         }
-        if !scratch.poses.additive().is_empty() {
+        if !scratch.poses.additive.is_empty() {
             // The track is that of a body without it.
             return self.on_built_motion(scratch, build);
         }
         let deadline = scratch.deadline();
-        let MotionBody {
-            poses,
-            posed,
-            sweep: memory,
-            radii,
-            motion,
-            work,
-            ..
-        } = scratch;
-        let before = poses.count();
+        let (poses, posed) = (&mut scratch.poses, &mut scratch.posed);
+        let (memory, radii) = (&mut scratch.sweep, &mut scratch.radii);
+        let before = poses.count;
         let (from, to) = part.seconds;
         let is_covered = self.attack.start() >= from && self.attack.end() <= to;
         let rows = self.baked.body_rows();
@@ -280,8 +264,8 @@ impl<'a> ExactTest<'a> {
         }
         sweep.run(&mut self.tracked(part, rows.radii(), 0.0), free);
         if !sweep.is_over() && (is_open || !is_covered) {
-            build(motion);
-            let mut body = posed.on(poses, self.baked, motion, self.sampling);
+            build(&mut scratch.motion);
+            let mut body = posed.on(poses, self.baked, &scratch.motion, self.sampling);
             let posed_to = if is_open { until } else { from };
             sweep.run(&mut body, TimeWindow::on_motion(0.0, posed_to));
             if self.attack.end() > to {
@@ -289,7 +273,7 @@ impl<'a> ExactTest<'a> {
             }
         }
         let nearest = sweep.nearest();
-        *work += self.attack.spheres().len() + poses.count().saturating_sub(before);
+        scratch.work += self.attack.spheres().len() + poses.count.saturating_sub(before);
         nearest
     }
 

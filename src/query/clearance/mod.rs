@@ -13,7 +13,6 @@
 //! # }
 //! ```
 
-mod additive;
 mod bodies;
 mod distances;
 mod exact_test;
@@ -23,7 +22,6 @@ mod obstacle_test;
 mod pose_cache;
 mod sweep;
 
-pub(crate) use additive::AdditiveLayer;
 pub use bodies::PlayedTrack;
 pub use distances::closest;
 pub(crate) use exact_test::WorkLimit;
@@ -31,3 +29,4 @@ pub use exact_test::{ExactTest, MotionBody};
 pub use extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 pub(in crate::query) use near_obstacles::NearObstacles;
 pub use obstacle_test::ObstacleTest;
+pub(crate) use pose_cache::AdditiveLayer;

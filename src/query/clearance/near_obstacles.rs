@@ -10,12 +10,12 @@ use super::extent::ObstacleHit;
 use crate::anim::JointId;
 use crate::graph::{MotionGraph, MotionMoment};
 use crate::maps::{BakedGraph, BodyTrack};
-use crate::query::obstacle::{Heights, Obstacle};
+use crate::query::obstacle::Obstacle;
 
 /// Obstacles by cells, and the spheres that are tested.
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct NearObstacles {
-    obstacles: Vec<Obstacle>,
+    pub(in crate::query) obstacles: Vec<Obstacle>,
     cells: ObstacleCells,
     /// Spheres of the trunk.
     spheres: Vec<TrunkSphere>,
@@ -23,7 +23,6 @@ pub(in crate::query) struct NearObstacles {
     at_root: Option<TrunkSphere>,
 }
 
-/// A sphere of the body.
 #[derive(Clone, Copy, Debug)]
 struct TrunkSphere {
     index: usize,
@@ -37,11 +36,6 @@ impl NearObstacles {
     const SPHERES: usize = 3;
     /// Time for which the cells contain moving obstacles, in seconds. Later they may be missed.
     const LONGEST: f32 = 4.0;
-
-    /// All obstacles.
-    pub(in crate::query) fn all(&self) -> &[Obstacle] {
-        &self.obstacles
-    }
 
     /// Replaces the obstacles; `middle` is the position of the body.
     pub(in crate::query) fn set(
@@ -134,7 +128,7 @@ impl NearObstacles {
         let harms = near.filter_map(|index| {
             let obstacle = &self.obstacles[index as usize];
             let depth = sphere.radius - obstacle.distance(centre, seconds);
-            (depth > 0.0).then_some(depth * obstacle.weight())
+            (depth > 0.0).then_some(depth * obstacle.weight)
         });
         harms.max_by(f32::total_cmp).map(|harm| ObstacleHit {
             harm,
@@ -161,7 +155,6 @@ impl ObstacleCells {
     /// Number of cells in a row, and number of rows.
     const ROW: usize = 32;
 
-    /// Replaces the obstacles.
     fn fill(&mut self, obstacles: &[Obstacle], middle: Vec3, radius: f32, seconds: f32) {
         let width = Self::SIDE * Self::ROW as f32;
         self.corner = Vec2::new(middle.x, middle.z) - 0.5 * width;
@@ -203,10 +196,7 @@ impl ObstacleCells {
         let [low, high] = [low, high].map(|at| at.clamp(Vec2::ZERO, Vec2::splat(limit)));
         // A sphere above a cell is at most so far from its middle.
         let around = radius + 0.5 * std::f32::consts::SQRT_2 * Self::SIDE;
-        let heights = Heights {
-            low: middle.y - 10.0,
-            high: middle.y + 10.0,
-        };
+        let heights = [middle.y - 10.0, middle.y + 10.0];
         let is_still = obstacle.velocity() == Vec3::ZERO;
         for row in low.y as usize..=high.y as usize {
             for column in low.x as usize..=high.x as usize {

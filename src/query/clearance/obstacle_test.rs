@@ -15,7 +15,7 @@ use super::pose_cache::PoseCache;
 use crate::graph::{Motion, MotionMoment};
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Isa;
-use crate::query::obstacle::{Heights, Obstacle};
+use crate::query::obstacle::Obstacle;
 
 /// A motion against obstacles.
 #[derive(Clone, Copy, Debug)]
@@ -30,14 +30,12 @@ pub struct ObstacleTest<'a> {
     pub enough: f32,
 }
 
-/// Scratch of the test.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObstacleScratch {
     columns: Vec<Column>,
     /// Distance that the axis has gone until each sample, in metres.
     gone: Vec<f32>,
     near: Vec<NearSample>,
-    /// The worst entry so far.
     worst: Option<ObstacleHit>,
     extents: Extents,
 }
@@ -76,7 +74,7 @@ impl ObstacleTest<'_> {
         scratch: &mut ObstacleScratch,
     ) -> Option<ObstacleHit> {
         poses.start_with_joints(self.baked, motion);
-        self.find_near(motion, poses.additive().moves(), scratch);
+        self.find_near(motion, poses.additive.moves(), scratch);
         scratch.worst = None;
         let mut at = 0;
         // The sample at which the axis is nearest is tested first: where one is entered, this one is usually.
@@ -101,12 +99,7 @@ impl ObstacleTest<'_> {
         scratch: &mut ObstacleScratch,
         poses: &mut PoseCache,
     ) -> usize {
-        let ObstacleScratch {
-            near,
-            worst,
-            extents,
-            ..
-        } = scratch;
+        let (near, worst, extents) = (&scratch.near, &mut scratch.worst, &mut scratch.extents);
         let NearSample { seconds, axis, .. } = near[at];
         let number = poses.number(self.baked, motion.moment_at(seconds));
         let joints = poses.joints(self.baked, number);
@@ -118,8 +111,7 @@ impl ObstacleTest<'_> {
         for one in same {
             next += 1;
             let obstacle = &self.obstacles[one.obstacle as usize];
-            let reaches =
-                |extent: f32, known: f32| (extent - one.metres) * obstacle.weight() > known;
+            let reaches = |extent: f32, known: f32| (extent - one.metres) * obstacle.weight > known;
             for block in 0..extents.widest.len() {
                 let harm = |worst: &Option<ObstacleHit>| worst.map_or(0.0, |worst| worst.harm);
                 if !reaches(extents.widest[block], harm(worst)) {
@@ -132,7 +124,7 @@ impl ObstacleTest<'_> {
                     }
                     let part = &spheres[sphere];
                     let metres = obstacle.distance(part.centre(joints), seconds) - part.radius;
-                    let harm = -metres * obstacle.weight();
+                    let harm = -metres * obstacle.weight;
                     if harm > known {
                         *worst = Some(ObstacleHit {
                             harm,
@@ -148,18 +140,16 @@ impl ObstacleTest<'_> {
 
     /// Lists the samples at which an obstacle is within reach, by time. A layer moves the body by at most `moved` metres.
     fn find_near(&self, motion: &Motion, moved: f32, scratch: &mut ObstacleScratch) {
-        let ObstacleScratch {
-            columns,
-            gone,
-            near,
-            ..
-        } = scratch;
+        let (columns, gone) = (&mut scratch.columns, &mut scratch.gone);
+        let near = &mut scratch.near;
         let (from, to) = self.seconds;
         let ticks = ((to - from).max(0.0) * Self::RATE).ceil() as usize + 1;
         columns.clear();
         gone.clear();
         near.clear();
-        let (mut sum, mut widest, mut heights) = (0.0, 0.0f32, Heights::NONE);
+        let (mut sum, mut widest) = (0.0, 0.0f32);
+        // Lowest and highest point of the body during the motion.
+        let mut heights = [f32::INFINITY, f32::NEG_INFINITY];
         for tick in 0..ticks {
             let seconds = from + tick as f32 / Self::RATE;
             let mut column = Column::new(self.baked, motion.moment_at(seconds), &mut heights);
@@ -170,8 +160,8 @@ impl ObstacleTest<'_> {
             columns.push(column);
             gone.push(sum);
         }
-        heights.low -= moved;
-        heights.high += moved;
+        heights[0] -= moved;
+        heights[1] += moved;
         let (middle, around) = circle_around(columns, widest);
         for (index, obstacle) in self.obstacles.iter().enumerate() {
             let speed = obstacle.velocity().length() / Self::RATE;
@@ -246,13 +236,13 @@ impl Column {
     const TRANSITION_SLACK: f32 = 0.2;
 
     /// The column at a moment; `heights` grow by it.
-    fn new(baked: &BakedGraph, moment: MotionMoment<'_>, heights: &mut Heights) -> Self {
+    fn new(baked: &BakedGraph, moment: MotionMoment<'_>, heights: &mut [f32; 2]) -> Self {
         let MotionMoment { motion, seconds } = moment;
         let graph = baked.graph();
         if motion.is_composed(seconds) {
             let (root, reach) = (motion.root(graph, seconds), baked.reach());
-            heights.low = heights.low.min(root.y - reach);
-            heights.high = heights.high.max(root.y + reach);
+            heights[0] = heights[0].min(root.y - reach);
+            heights[1] = heights[1].max(root.y + reach);
             return Self {
                 axis: Vec2::new(root.x, root.z),
                 radius: reach,
@@ -266,8 +256,8 @@ impl Column {
             Some(_) => Self::TRANSITION_SLACK,
             None => Self::SLACK,
         };
-        heights.low = heights.low.min(cylinder.low - slack);
-        heights.high = heights.high.max(cylinder.high + slack);
+        heights[0] = heights[0].min(cylinder.low - slack);
+        heights[1] = heights[1].max(cylinder.high + slack);
         Self {
             axis: cylinder.axis,
             radius: cylinder.radius + slack,

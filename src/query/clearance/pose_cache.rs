@@ -2,32 +2,83 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
-use super::additive::AdditiveLayer;
-use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{ContinuedBlend, Motion, MotionMoment, Playhead};
+use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use crate::graph::{Inertia, Motion, MotionMoment, Playhead};
 use crate::maps::BakedGraph;
+
+/// Rotations that a host adds to the joints of what is played: aim, recoil, a reaction to a hit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AdditiveLayer {
+    /// Each in the joint's own frame, before that of its parent.
+    joints: Vec<(JointId, Quat)>,
+    /// How far it moves a point of the body at most, in metres.
+    moves: f32,
+}
+
+impl AdditiveLayer {
+    /// Replaces the rotations, for a body of which a point is at most `reach` metres from the root. Returns by how much one of them has changed at
+    /// most, in radians.
+    pub(crate) fn set(&mut self, joints: &[(JointId, Quat)], reach: f32) -> f32 {
+        let turned = |all: &[(JointId, Quat)], joint: JointId| {
+            let found = all.iter().find(|(id, _)| *id == joint);
+            found.map_or(Quat::IDENTITY, |found| found.1)
+        };
+        let angles =
+            self.joints.iter().chain(joints).map(|&(joint, _)| {
+                turned(&self.joints, joint).angle_between(turned(joints, joint))
+            });
+        let most = angles.fold(0.0, f32::max);
+        // The way of a point that is turned about a joint, as a share of its distance from it, which is at most twice the reach.
+        let ways = joints
+            .iter()
+            .map(|(_, rotation)| 2.0 * rotation.xyz().length());
+        self.moves = 2.0 * reach * ways.sum::<f32>().min(2.0);
+        self.joints.clear();
+        self.joints.extend_from_slice(joints);
+        most
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.joints.is_empty()
+    }
+
+    pub(crate) fn moves(&self) -> f32 {
+        self.moves
+    }
+
+    /// Whether a skeleton with so many joints can play it.
+    pub(crate) fn is_sound(&self, joints: usize) -> bool {
+        let mut all = self.joints.iter();
+        all.all(|(joint, rotation)| joint.index() < joints && rotation.is_normalized())
+            && (0.0..=1e3).contains(&self.moves)
+    }
+
+    pub(crate) fn apply(&self, pose: &mut Pose) {
+        for &(joint, rotation) in &self.joints {
+            let turned = &mut pose.rotations[joint.index()];
+            *turned = (*turned * rotation).normalize();
+        }
+    }
+}
 
 /// Poses of one graph and its body. They are kept from one motion to the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PoseCache {
-    /// Identity of the graph.
     graph: Arc<()>,
-    /// Added to each pose.
-    additive: AdditiveLayer,
+    pub(super) additive: AdditiveLayer,
     pose: Pose,
     own_joints: Vec<JointTransform>,
     /// Numbers of the poses that depend on a playhead alone.
     known: FxHashMap<PoseKey, usize>,
     /// The blend in which the motions begin.
-    blend: ContinuedBlend,
+    blend: Inertia,
     /// Numbers of the poses in that blend, by their moments.
     blended: FxHashMap<(PoseKey, u32), usize>,
-    /// Number of poses.
-    count: usize,
-    /// Whether the joints are kept, too.
+    pub(super) count: usize,
     has_joints: bool,
     /// Transforms of the joints to the world, `[pose][joint]`.
     joints: Vec<JointTransform>,
@@ -58,7 +109,8 @@ impl PoseCache {
             self.graph = Arc::clone(baked.identity());
             self.clear();
         }
-        if self.blend.follow(motion) {
+        if let Some(blend) = motion.continued_blend().filter(|it| **it != self.blend) {
+            self.blend.clone_from(blend);
             self.blended.clear();
         }
     }
@@ -78,16 +130,11 @@ impl PoseCache {
         self.has_joints = false;
     }
 
-    /// Adds a layer to all poses from now on.
     pub(super) fn set_additive(&mut self, additive: &AdditiveLayer) {
         if self.additive != *additive {
             self.additive.clone_from(additive);
             self.clear();
         }
-    }
-
-    pub(super) fn additive(&self) -> &AdditiveLayer {
-        &self.additive
     }
 
     fn clear(&mut self) {
@@ -96,11 +143,6 @@ impl PoseCache {
         self.count = 0;
         self.joints.clear();
         self.rows.clear();
-    }
-
-    /// Number of poses.
-    pub(super) fn count(&self) -> usize {
-        self.count
     }
 
     /// Number of the pose of a moment, until the next [`PoseCache::start`].

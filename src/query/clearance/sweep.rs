@@ -55,7 +55,6 @@ impl TimeWindow {
     }
 }
 
-/// Scratch of a sweep.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SweepScratch {
     /// Intervals with a bound from the whole body.
@@ -96,7 +95,6 @@ pub(super) struct Sweep<'a> {
 /// The smallest distance so far.
 struct Search {
     extent: Extent,
-    /// The window that is tested now.
     window: TimeWindow,
     /// Time from which on nothing is tested, and what is not tested is a hit; `None`: never.
     deadline: Option<Instant>,
@@ -194,7 +192,6 @@ impl<'a> Sweep<'a> {
         (from < to && is_worth_it).then(|| samples.prepare_all(first, last))
     }
 
-    /// Tests a sphere on one straight line.
     fn test(&mut self, keys: [SphereKey; 2], samples: &mut impl BodySamples) {
         let window = &self.search.window;
         let keys = keys.map(|key| SphereKey {
@@ -231,11 +228,7 @@ impl Search {
         keys: [SphereKey; 2],
         scratch: &mut SweepScratch,
     ) {
-        let SweepScratch {
-            bounded,
-            coarse,
-            blocks,
-        } = scratch;
+        let (bounded, coarse) = (&mut scratch.bounded, &mut scratch.coarse);
         self.find_intervals(samples, keys, bounded);
         coarse.clear();
         // The interval in which the attack is nearest to the middle of the body comes first. A hit is found there at once, near its
@@ -245,7 +238,7 @@ impl Search {
                 break;
             }
             if samples.sampling() == Sampling::Each {
-                self.test_each(samples, keys, tick, blocks);
+                self.test_each(samples, keys, tick, &mut scratch.blocks);
                 continue;
             }
             let metres = self.test_straight(samples, keys, tick);

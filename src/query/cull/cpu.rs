@@ -75,7 +75,6 @@ impl Culler {
     }
 }
 
-/// The count of all candidates.
 struct Counting<'a> {
     input: &'a CullInput<'a>,
     near: &'a [CoarseRegion],
@@ -152,7 +151,6 @@ impl TexelSteps {
     }
 }
 
-/// The count of one candidate.
 #[derive(Clone, Copy)]
 struct CandidateCount<'a, W> {
     texels: &'a AttackTexels,
@@ -184,7 +182,7 @@ impl<W: Words> CandidateCount<'_, W> {
         overlap: &mut Overlap,
         is_enough: impl Fn(&Overlap) -> bool,
     ) {
-        for &index in self.groups.largest_first() {
+        for &index in &self.groups.largest_first {
             let layer = &self.texels.layers[index];
             let slab = i64::from(layer.slab.0) - i64::from(region.first_slab.0);
             let slab = usize::try_from(slab)

@@ -244,7 +244,6 @@ impl AttackDrawing {
     /// Maximum number of discs of all layers (16 MB). Further layers are not drawn, and candidates are then open.
     pub const MOST_DISCS: usize = 1 << 20;
 
-    /// Removes all discs. The memory is kept.
     fn clear(&mut self) {
         self.rect = MapRect::default();
         self.layers.clear();
@@ -276,10 +275,10 @@ impl AttackDrawing {
         for (clock, &offset) in (0..).zip(clocks) {
             for slab in slabs.clone() {
                 let first = self.discs.len();
-                cutter.inner(steps, slab, clock, offset, &mut self.discs);
+                cutter.cut(steps, slab, (clock, offset), false, &mut self.discs);
                 let middle = self.discs.len();
                 if outer {
-                    cutter.outer(steps, slab, clock, offset, &mut self.discs);
+                    cutter.cut(steps, slab, (clock, offset), true, &mut self.discs);
                 }
                 let end = self.discs.len();
                 if first == end {
@@ -335,7 +334,6 @@ fn limited(rect: MapRect) -> (MapRect, bool) {
     (limited, limited == rect)
 }
 
-/// Cuts the spheres of steps into discs.
 struct DiscCutter {
     grid: MapGrid,
     rect: MapRect,
@@ -345,16 +343,25 @@ struct DiscCutter {
 }
 
 impl DiscCutter {
-    /// Appends the inner discs of a slab, relative to a clock whose first slice begins `offset` seconds after the attack's start.
-    fn inner(
+    /// Appends the inner or the outer discs of a slab, relative to a clock whose first slice begins `offset` seconds after the attack's start.
+    fn cut(
         &self,
         steps: &AttackSteps,
         slab: i32,
-        clock: u32,
-        offset: f32,
+        (clock, offset): (u32, f32),
+        is_outer: bool,
         discs: &mut Vec<TimedDisc>,
     ) {
         let grid = self.grid;
+        if is_outer {
+            for step in steps.at(slab, clock, |step| step.met) {
+                let disc = self.disc(step.bound(), slab, Cut::Outer(self.outer));
+                if let Some(((from, to), disc)) = step.slices(grid, offset).zip(disc) {
+                    discs.extend((from..=to).map(|slice| TimedDisc { disc, slice }));
+                }
+            }
+            return;
+        }
         let cut = match grid.is_certain() {
             true => Cut::Inner(self.inner),
             false => Cut::Nearest,
@@ -371,24 +378,6 @@ impl DiscCutter {
             let slice = i64::from(floor((step.middle - offset) / grid.slice_seconds));
             if (0..i64::from(grid.slices)).contains(&slice) {
                 add(Sphere::new(step.centre, step.radius), slice as u32);
-            }
-        }
-    }
-
-    /// Appends the outer discs of a slab, like [`DiscCutter::inner`].
-    fn outer(
-        &self,
-        steps: &AttackSteps,
-        slab: i32,
-        clock: u32,
-        offset: f32,
-        discs: &mut Vec<TimedDisc>,
-    ) {
-        let cut = Cut::Outer(self.outer);
-        for step in steps.at(slab, clock, |step| step.met) {
-            let slices = step.slices(self.grid, offset);
-            if let Some(((from, to), disc)) = slices.zip(self.disc(step.bound(), slab, cut)) {
-                discs.extend((from..=to).map(|slice| TimedDisc { disc, slice }));
             }
         }
     }
@@ -439,12 +428,10 @@ impl Step {
     }
 }
 
-/// The bit of a clock.
 fn clock_bit(clock: u32) -> u64 {
     1 << clock.min(63)
 }
 
-/// The steps of an attack's spheres.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct AttackSteps {
     steps: Vec<Step>,
@@ -460,7 +447,6 @@ struct AttackSteps {
 const MOST_STEPS: usize = 1 << 18;
 
 impl AttackSteps {
-    /// Removes all steps. The memory is kept.
     fn clear(&mut self) {
         self.steps.clear();
         self.untimed.clear();

@@ -104,7 +104,6 @@ impl Counted {
         up_to_hits: false,
     };
 
-    /// Certain hits only.
     pub(super) const BODY: Self = Self {
         outer: false,
         evasion: false,

@@ -13,10 +13,8 @@ use crate::math::Isa;
 /// Side of a block, in texels.
 pub(super) const BLOCK: usize = 4;
 
-/// Side of a block, in sub-texels.
 const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
 
-/// Number of texels in a block.
 pub(super) const BLOCK_TEXELS: usize = BLOCK * BLOCK;
 
 /// One word of the mask of each texel of a block. Texel `k` lies `k % 4` columns and `k / 4` rows from the block's first texel.
@@ -41,11 +39,8 @@ pub(super) struct AttackTexels {
 /// The attack in one slab, relative to one clock.
 #[derive(Clone, Debug)]
 pub(super) struct TexelLayer {
-    /// Slab of the layer.
     pub(super) slab: Slab,
-    /// Clock of the layer.
     pub(super) clock: u32,
-    /// Range of the layer's blocks.
     pub(super) blocks: Range<u32>,
 }
 
@@ -132,7 +127,6 @@ impl AttackTexels {
     }
 }
 
-/// Union of the masks of a block's texels.
 #[inline(always)]
 pub(super) fn any_of(masks: &BlockMasks) -> u32 {
     masks.iter().fold(0, |any, mask| any | mask)
@@ -152,7 +146,6 @@ fn inside(rect: MapRect, block: [usize; 2]) -> Option<BlockMasks> {
 }
 
 impl Canvas {
-    /// Resizes the canvas for the maps of a rectangle.
     fn stretch(&mut self, rect: MapRect, parts: usize) {
         let rows = (rect.height as usize).div_ceil(BLOCK);
         self.rect = rect;
@@ -238,17 +231,16 @@ pub(super) struct Group {
     pub blocks: u32,
 }
 
-/// The groups of all layers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Groups {
     groups: Vec<Group>,
     /// First group and first block of each layer. The last entry is the end of all groups and blocks.
     layers: Vec<(usize, usize)>,
-    largest_first: Vec<usize>,
+    /// The layers, the largest first, because a hit is most likely there.
+    pub(super) largest_first: Vec<usize>,
 }
 
 impl Groups {
-    /// Replaces the groups by those of an attack.
     pub(super) fn take(&mut self, isa: Isa, texels: &AttackTexels) {
         self.groups.clear();
         self.layers.clear();
@@ -270,11 +262,6 @@ impl Groups {
         let blocks = |index: usize| texels.layers[index].blocks.len();
         self.largest_first
             .sort_unstable_by_key(|&index| (std::cmp::Reverse(blocks(index)), index));
-    }
-
-    /// The layers, the largest first, because a hit is most likely there.
-    pub(super) fn largest_first(&self) -> &[usize] {
-        &self.largest_first
     }
 
     /// The groups of one layer, each with its first block.

@@ -17,7 +17,6 @@ pub(in crate::query) struct Candidate {
     pub rate: Rate,
 }
 
-/// Kind of a candidate.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::query) enum CandidateKind {
     /// An evasion at the end of a path.
@@ -74,7 +73,6 @@ impl EntryCandidate {
     }
 }
 
-/// An evasion whose upper body is layered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::query) struct LayerCandidate {
     pub layer: Layer,
@@ -106,15 +104,12 @@ pub(in crate::query) struct CandidateList {
     pub goals: Vec<f32>,
     /// Results of the candidates that an earlier round has shown to be hit, in order.
     pub known: Vec<KnownHit>,
-    /// The evasions of the candidates that enter one.
     pub entries: Vec<EntryCandidate>,
-    /// The layers of the candidates that layer an evasion.
     pub layers: Vec<LayerCandidate>,
     /// Number of paths to an evasion that no rate brings in time.
     pub late_count: usize,
     /// These paths with the reasons. Empty unless [`QuerySettings::list_late`](crate::query::QuerySettings::list_late) is set.
     pub late: Vec<(PathId, RateError)>,
-    /// Statistics of the search.
     pub search: SearchReport,
     scratch: Vec<(Candidate, KnownHit)>,
 }
@@ -166,19 +161,13 @@ impl CandidateList {
         self.sort_known();
     }
 
-    /// Sorts the stored results by path.
     pub(in crate::query) fn sort_known(&mut self) {
         self.known.sort_unstable_by_key(|hit| hit.path);
     }
 
     /// Moves candidates with stored results to the end, and removes results of paths that are not candidates.
     pub(in crate::query) fn put_known_last(&mut self) {
-        let Self {
-            list,
-            known,
-            scratch,
-            ..
-        } = self;
+        let (list, known, scratch) = (&mut self.list, &mut self.known, &mut self.scratch);
         scratch.clear();
         list.retain(|candidate| {
             let path = candidate.path();

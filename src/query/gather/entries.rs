@@ -12,7 +12,6 @@ use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::Rate;
 use crate::query::settings::EntryUse;
 
-/// Playback rates that are tried.
 const RATES: [f32; 4] = [1.0, 1.25, 1.5, 0.75];
 
 /// Interval of the delays, in seconds.
@@ -76,7 +75,6 @@ pub(super) struct EnteredEvasion {
     edge_frame: f32,
     /// Time of the entered frame.
     pub now: f32,
-    /// Time of the evasion's end.
     pub end: f32,
 }
 
@@ -157,7 +155,6 @@ fn most_entries(uses: &EntryUse, request: &ActiveRequest) -> usize {
     most.min((MOST_SAMPLES / samples.max(1.0)) as usize).max(1)
 }
 
-/// Keeps at most `most` entries, evenly spread.
 fn keep_even(entries: &mut Vec<EntryCandidate>, most: usize) {
     let all = entries.len();
     if all > most {

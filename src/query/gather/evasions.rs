@@ -15,7 +15,6 @@ use crate::query::retime::{Direction, Durations, Rate, rate};
 use crate::query::score::Evaluated;
 use crate::query::settings::Enumerate;
 
-/// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct EvasionScratch {
     touched: TouchedCells,
@@ -57,7 +56,6 @@ pub(in crate::query) fn gather_evasions(
     candidates.search = keep_different(query, request, list, &mut scratch.seen);
 }
 
-/// Adds the paths that some rate brings in time.
 fn add_in_time(query: Query<'_>, request: &ActiveRequest, candidates: &mut CandidateList) {
     let Query { baked, settings } = query;
     for (id, path) in request.paths() {

@@ -21,7 +21,6 @@ use crate::query::clearance::MotionBody;
 use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::Rate;
 
-/// Playback rates that are tried.
 const RATES: [f32; 3] = [1.0, 1.25, 1.5];
 
 /// Times from a layer's start to the contact that are tried, in seconds. If the contact is earlier, the layer starts at once.
@@ -79,21 +78,14 @@ pub(in crate::query) fn gather_layers(
         }
     }
     let order = |one: &LayerCandidate| {
-        let Layer {
-            envelope,
-            frame,
-            rate,
-            ..
-        } = one.layer;
-        let missing = (one.metres - WANTED).abs();
-        [missing, one.evasion as f32, envelope.start, frame, rate]
+        let (layer, missing) = (&one.layer, (one.metres - WANTED).abs());
+        let (evasion, start) = (one.evasion as f32, layer.envelope.start);
+        [missing, evasion, start, layer.frame, layer.rate]
     };
     layers.sort_unstable_by(|a, b| {
         let pairs = order(a).into_iter().zip(order(b));
-        let unequal = pairs
-            .map(|(a, b)| a.total_cmp(&b))
-            .find(|order| order.is_ne());
-        unequal.unwrap_or(Ordering::Equal)
+        let orders = pairs.map(|(a, b)| a.total_cmp(&b));
+        orders.fold(Ordering::Equal, Ordering::then)
     });
     layers.truncate(settings.entries.layers);
     candidates.search.followed += layers.len();
@@ -296,9 +288,7 @@ impl LayerRanking {
     ) -> Option<f32> {
         let (graph, track) = (baked.graph(), baked.track(evasion));
         let Evasion {
-            edge,
-            placement: place,
-            ..
+            edge, placement, ..
         } = baked.evasions()[evasion];
         let start = graph.node(graph.edge(edge).from).frame;
         let mut found = f32::INFINITY;
@@ -310,8 +300,8 @@ impl LayerRanking {
             let there = graph.clip(layer.clip).at(frame);
             let turn = heading(moment.pelvis * there.rotation(0).conjugate());
             // Transform from the track's frame to the pelvis of this motion.
-            let axes = [Vec3::X, Vec3::Z].map(|axis| turn * place.vector(axis));
-            let origin = moment.root + turn * (place.point(Vec3::ZERO) - there.root());
+            let axes = [Vec3::X, Vec3::Z].map(|axis| turn * placement.vector(axis));
+            let origin = moment.root + turn * (placement.point(Vec3::ZERO) - there.root());
             let rows = track.axes(tick);
             let metres = moment.layered_distance(weight, rows, axes, origin, &self.upper);
             found = found.min(metres);

@@ -19,7 +19,6 @@ pub(super) use layers::gather_layers;
 pub(crate) use moves::MoveSearch;
 pub(super) use moves::gather_moves;
 
-/// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GatherScratch {
     pub evasions: evasions::EvasionScratch,

@@ -14,7 +14,6 @@ use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::Rate;
 use crate::query::settings::MoveSettings;
 
-/// Adds moves to the candidates.
 pub(in crate::query) fn gather_moves(
     query: Query<'_>,
     request: &ActiveRequest,
@@ -73,7 +72,6 @@ pub(crate) struct MoveSearch {
     /// Paths that are long enough: distance on the ground from the start, in metres, and index in `states`.
     ends: Vec<(f32, u32)>,
     report: SearchReport,
-    /// Limits of the current search.
     settings: MoveSettings,
 }
 
@@ -137,14 +135,12 @@ impl MoveSearch {
         all.map(|at| (at, self.states[at.0 as usize].frames))
     }
 
-    /// The edges of a path in reverse order.
-    pub(crate) fn edges_backwards(&self, path: MoveId) -> impl Iterator<Item = EdgeId> + '_ {
-        let mut next = self.states[path.0 as usize].before;
-        std::iter::from_fn(move || {
-            let (before, edge) = next?;
-            next = self.states[before.0 as usize].before;
-            Some(edge)
-        })
+    /// Calls `visit` with each edge of a path, from its start on. It recurs once for each edge, of which a path has a few.
+    pub(crate) fn for_each_edge(&self, path: MoveId, visit: &mut dyn FnMut(EdgeId)) {
+        if let Some((before, edge)) = self.states[path.0 as usize].before {
+            self.for_each_edge(before, visit);
+            visit(edge);
+        }
     }
 
     fn clear(&mut self) {
@@ -163,7 +159,6 @@ impl MoveSearch {
         self.layers[time].push(state);
     }
 
-    /// The path of natural edges.
     fn natural(&mut self, graph: &MotionGraph, frames: u32) -> MoveId {
         let mut at = MoveId(0);
         while self.states[at.0 as usize].frames < frames {
@@ -209,11 +204,10 @@ impl MoveSearch {
         ends.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let most = self.settings.candidates.saturating_sub(1);
         self.report.cut += ends.len().saturating_sub(most);
+        let last_edge = |(at, _): (MoveId, u32)| Some(self.states[at.0 as usize].before?.1);
+        let edges = |path| self.prefixes(path).map(last_edge);
         for (_, end) in evenly(&ends, most) {
-            let is_natural = self
-                .edges_backwards(MoveId(end))
-                .eq(self.edges_backwards(natural));
-            if !is_natural {
+            if !edges(MoveId(end)).eq(edges(natural)) {
                 found(MoveId(end));
             }
         }

@@ -75,7 +75,6 @@ impl NaturalMotion {
         hit.map_or(f32::INFINITY, |hit| hit.time)
     }
 
-    /// The natural motion of the request.
     pub(super) fn motion(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> &Motion {
         if !std::mem::replace(&mut self.has_motion, true) {
             self.motion.restart(baked.graph(), request.playhead, []);
@@ -86,7 +85,6 @@ impl NaturalMotion {
         &self.motion
     }
 
-    /// Stance of the natural motion at a moment.
     pub(super) fn stance(
         &mut self,
         baked: &BakedGraph,
@@ -94,14 +92,9 @@ impl NaturalMotion {
         seconds: f32,
     ) -> Stance {
         self.motion(baked, request);
-        let Self {
-            motion,
-            pose,
-            joints,
-            ..
-        } = self;
-        motion.sample(baked.graph(), seconds, pose);
-        forward_kinematics(baked.graph().skeleton(), pose, joints);
+        let (graph, joints) = (baked.graph(), &mut self.joints);
+        self.motion.sample(graph, seconds, &mut self.pose);
+        forward_kinematics(graph.skeleton(), &self.pose, joints);
         baked.stance(joints)
     }
 }

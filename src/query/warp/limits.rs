@@ -243,10 +243,8 @@ pub(super) fn lift_rows(limb: usize, scales: &Scales, rows: &mut Vec<Row>) {
 /// Distance from the bones of a foot to its edge, in metres.
 const HALF_FOOT: f32 = 0.05;
 
-/// Support of a body that stands still.
 #[derive(Clone, Copy, Debug)]
 struct Support {
-    /// Whether each foot is planted.
     feet: [bool; Rig::LEGS],
     /// Maximum distance of the centre of mass from the support, in metres.
     allowed: f32,
@@ -495,7 +493,6 @@ fn are_speeds_allowed(
     true
 }
 
-/// Positions of the ankles.
 fn ankles(graph: &MotionGraph, pose: &Pose) -> [Option<Vec3>; Rig::LEGS] {
     let chain = Chain::of(graph.skeleton(), pose);
     [0, 1].map(|limb| {

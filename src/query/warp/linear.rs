@@ -72,7 +72,6 @@ pub(super) fn scaled(gradient: &Gradient, scales: &Scales) -> Numbers {
     numbers
 }
 
-/// The bend with these parameters.
 pub(super) fn bend_from(numbers: &Numbers, scales: &Scales) -> Bend {
     let vector = |group: usize| Vec3::from_slice(&numbers[3 * group..]);
     Bend {
@@ -129,7 +128,6 @@ pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<Factor>) -> Numbers 
 /// The sweeps of [`least_numbers`].
 #[inline(always)]
 fn project(rows: &[Row], factors: &mut [Factor]) -> Numbers {
-    /// Maximum number of iterations.
     const SWEEPS: usize = 60;
     const STILL: f32 = 1e-5;
     let mut numbers = [0.0; N];

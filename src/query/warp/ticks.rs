@@ -13,7 +13,6 @@ use crate::query::attack::Attack;
 use crate::query::clearance::{SAMPLE_RATE, closest};
 use crate::query::settings::WarpLimits;
 
-/// The body at one sample.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tick {
     /// Number of the sample since the query.
@@ -25,7 +24,6 @@ pub(super) struct Tick {
     ahead: Option<f32>,
     /// For each leg without the warp, the vector from hip to ankle, and the range of its length, in metres.
     pub legs: [LegRange; Rig::LEGS],
-    /// Pose with the warp.
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
@@ -49,7 +47,6 @@ pub(super) struct LegRange {
 }
 
 impl Tick {
-    /// Starts a new sample.
     pub(super) fn restart(&mut self, number: usize) {
         self.number = number;
         self.ahead = None;
@@ -175,16 +172,9 @@ impl Tick {
         }
         let skeleton = baked.graph().skeleton();
         let knee = baked.graph().rig().knee(limb);
-        let Self {
-            pose,
-            joints,
-            steps,
-            stepped,
-            ..
-        } = self;
+        let (pose, end) = (&mut self.pose, self.joints[leg.foot.index()]);
         let parts = [leg.hip, leg.knee, leg.foot].map(JointId::index);
         let kept = parts.map(|part| pose.rotations[part]);
-        let end = joints[leg.foot.index()];
         let solve = |pose: &mut Pose, step: usize| {
             let by = [STEP, -STEP][step % 2] * Vec3::AXES[step / 2];
             let end = JointTransform {
@@ -196,19 +186,18 @@ impl Tick {
             set(pose, parts, kept);
             solved
         };
-        let solved =
-            *steps[limb].get_or_insert_with(|| std::array::from_fn(|step| solve(&mut *pose, step)));
+        let solved = *self.steps[limb]
+            .get_or_insert_with(|| std::array::from_fn(|step| solve(&mut *pose, step)));
         let frames = solved.map(|rotations| {
             set(pose, parts, rotations);
             Chain::of(skeleton, pose).global(joint)
         });
         set(pose, parts, kept);
-        stepped.push((joint, frames));
+        self.stepped.push((joint, frames));
         frames
     }
 }
 
-/// Replaces the rotations of some joints.
 fn set(pose: &mut Pose, joints: [usize; 3], rotations: [Quat; 3]) {
     for (joint, rotation) in joints.into_iter().zip(rotations) {
         pose.rotations[joint] = rotation;

@@ -37,7 +37,6 @@ struct WarpCase<'a> {
     towards: Option<f32>,
 }
 
-/// Solver of warps, with its scratch.
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct Warper {
     ticks: Vec<Tick>,
@@ -110,12 +109,7 @@ impl Warper {
         mut time: f32,
         body: &mut MotionBody,
     ) -> Option<(Clearance, f32)> {
-        let WarpCase {
-            baked,
-            attack,
-            settings,
-            ..
-        } = case;
+        let (baked, settings) = (case.baked, case.settings);
         self.used = 0;
         for _ in 0..MOMENTS {
             self.add_ticks(time);
@@ -124,7 +118,7 @@ impl Warper {
             let (envelope, bend) = (goal.envelope, bend_from(&numbers, &goal.scales));
             motion.set_warp(Some(Warp { envelope, bend }));
             motion.extend(baked.graph(), envelope.end);
-            let clearance = ExactTest::new(baked, attack).on_motion(motion, body);
+            let clearance = ExactTest::new(baked, case.attack).on_motion(motion, body);
             if clearance.is_clean() {
                 self.plain.extend(baked.graph(), envelope.end);
                 let (plain, limits) = (&self.plain, &settings.limits);
@@ -163,13 +157,7 @@ impl Warper {
         goal: &mut Goal,
         motion: &mut Motion,
     ) -> Option<Numbers> {
-        let WarpCase {
-            baked,
-            attack,
-            settings,
-            towards,
-            ..
-        } = case;
+        let (baked, settings, towards) = (case.baked, case.settings, case.towards);
         let ticks = &mut self.ticks[..self.used];
         let mut numbers: Numbers = [0.0; N];
         self.rows.clear();
@@ -191,7 +179,7 @@ impl Warper {
             for tick in ticks.iter_mut() {
                 tick.pose(baked, motion, &settings.limits);
             }
-            find_contacts(baked.body(), attack, reach, ticks, &mut self.contacts);
+            find_contacts(baked.body(), case.attack, reach, ticks, &mut self.contacts);
             let metres = self.contacts.iter().map(|contact| contact.metres);
             let least = metres.fold(f32::INFINITY, f32::min);
             // Only recent linearisations are kept.
@@ -241,12 +229,9 @@ pub(in crate::query) fn warp_hits(
     let _span = tracing::trace_span!("query: warp").entered();
     let (settings, request) = (round.query.settings, &round.state.request);
     evaluator.order_by_depth();
-    let Evaluator {
-        order, evaluated, ..
-    } = evaluator;
     // If there are obstacles, only hits that enter none were measured.
-    order.retain(|bound| {
-        let one = evaluated[bound.index];
+    evaluator.order.retain(|bound| {
+        let one = evaluator.evaluated[bound.index];
         !request.is_among_obstacles() || one.is_some_and(|one| one.is_final)
     });
     let plain = (request.margin > 0.0).then_some((&request.plain, request.margin));
