@@ -156,12 +156,12 @@ pub struct MotionGraph {
     pub(crate) rig: KnownRig,
 }
 
-/// The skeleton's [`Rig`] and the hinges of its knees, computed on first use. They are derived from skeleton and clips, so they are ignored by
+/// The skeleton's [`Rig`] and how its knees bend, computed on first use. They are derived from skeleton and clips, so they are ignored by
 /// comparisons.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KnownRig {
     rig: OnceLock<Rig>,
-    hinges: OnceLock<Vec<Vec3>>,
+    knees: OnceLock<Vec<Knee>>,
 }
 
 impl PartialEq for KnownRig {
@@ -217,44 +217,45 @@ impl MotionGraph {
     pub(crate) fn rig(&self) -> &Rig {
         self.rig.rig.get_or_init(|| {
             let mut rig = Rig::of(&self.skeleton);
-            for (index, leg) in self.feet.legs.iter().enumerate() {
-                rig.set_knee(leg.hip, self.knee(index));
+            for (leg, &knee) in self.feet.legs.iter().zip(self.knees()) {
+                rig.set_knee(leg.hip, knee);
             }
             rig
         })
     }
 
-    /// How the knee of a leg bends. Only a toe tells where a straight one bends to; without it the clips do.
-    pub(crate) fn knee(&self, leg: usize) -> Knee {
-        match self.feet.legs[leg].toe {
-            Some(_) => Knee::InPlane,
-            None => Knee::Forward(self.knee_hinges()[leg]),
-        }
+    /// How the knee of each leg bends. Only a toe tells where a straight one bends to; without it the clips do.
+    pub(crate) fn knees(&self) -> &[Knee] {
+        self.rig.knees.get_or_init(|| {
+            let knee = |leg: &Leg| match leg.toe {
+                Some(_) => Knee::InPlane,
+                None => Knee::Forward(self.knee_hinge(leg)),
+            };
+            self.feet.legs.iter().map(knee).collect()
+        })
     }
 
-    /// Axis about which the knee of each leg bends in the clips, in the hip's frame, as from [`Leg::knee_hinge`]; zero if it hardly does.
-    pub(crate) fn knee_hinges(&self) -> &[Vec3] {
-        /// Every so many frames are looked at.
+    /// Axis about which a knee bends in the clips, in the hip's frame, as from [`Leg::knee_hinge`]; zero if it hardly does.
+    fn knee_hinge(&self, leg: &Leg) -> Vec3 {
+        /// About so many frames are looked at, and at most each of so many.
+        const FRAMES: usize = 1024;
         const EVERY: usize = 4;
         /// Mean sine of the flexion from which on the axis is known.
         const BENT: f32 = 0.1;
-        self.rig.hinges.get_or_init(|| {
-            let legs = &self.feet.legs;
-            let (mut sums, mut count) = (vec![Vec3::ZERO; legs.len()], 0.0);
-            let mut pose = Pose::default();
-            for clip in &self.clips {
-                for frame in (0..clip.frames()).step_by(EVERY) {
-                    clip.pose(frame, &mut pose);
-                    count += 1.0;
-                    for (sum, leg) in sums.iter_mut().zip(legs) {
-                        *sum += leg.knee_hinge(&self.skeleton, &pose);
-                    }
-                }
+        let frames: usize = self.clips.iter().map(Clip::frames).sum();
+        let every = (frames / FRAMES).max(EVERY);
+        let (mut sum, mut count, mut pose) = (Vec3::ZERO, 0.0, Pose::default());
+        for clip in &self.clips {
+            for frame in (0..clip.frames()).step_by(every) {
+                clip.pose(frame, &mut pose);
+                sum += leg.knee_hinge(&self.skeleton, &pose);
+                count += 1.0;
             }
-            let known = |sum: &Vec3| sum.length() > BENT * count;
-            let hinge = |sum: Vec3| Some(sum).filter(known).map_or(Vec3::ZERO, Vec3::normalize);
-            sums.into_iter().map(hinge).collect()
-        })
+        }
+        match sum.length() > BENT * count {
+            true => sum.normalize(),
+            false => Vec3::ZERO,
+        }
     }
 
     /// Skeleton of all clips.
@@ -634,7 +635,10 @@ mod tests {
             graph.clip(ClipId(0)).pose(0, &mut pose);
             let bends = |pose: &Pose| leg.knee_hinge(&graph.skeleton, pose);
             let bent = bends(&pose);
-            assert!(bent.dot(graph.knee_hinges()[limb]) > 0.9 * bent.length());
+            let Knee::Forward(hinge) = graph.knees()[limb] else {
+                panic!("the clips tell nothing");
+            };
+            assert!(bent.dot(hinge) > 0.9 * bent.length());
             // A little to the wrong side: all that a plane could tell is rounding.
             let straight = KneeLimit {
                 hinge: -bent.normalize(),

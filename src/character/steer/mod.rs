@@ -179,8 +179,7 @@ impl Steering {
                 let spare = &mut scratch.spare;
                 playing.enter(graph, &entry, [rate, blend], &found.standing, spare);
                 // What begins slowly would be left for another beginning.
-                let wanted = step.aim.velocity.length().min(self.table.fastest);
-                if state.is_stuck(wanted) {
+                if state.is_stuck(self.table.speed(step.aim.velocity)) {
                     state.search_in = STARTING.max(step.settings.interval);
                 }
             }
@@ -270,7 +269,7 @@ impl Steering {
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // Standing, or steps to and fro, may stay nearly as similar to the aim as a walk, for as long as that is the aim.
-        let wanted = step.aim.velocity.length().min(self.table.fastest);
+        let wanted = self.table.speed(step.aim.velocity);
         let is_stuck = state.is_stuck(wanted);
         let least = if is_stuck {
             WALKS.max(0.6 * wanted)

@@ -113,7 +113,7 @@ pub(super) struct Table {
     /// The hardest push: the horizontal acceleration of the centre of mass that few frames exceed, in metres per second squared.
     pub hardest: f32,
     /// The highest of the moments' speeds, in metres per second.
-    pub fastest: f32,
+    fastest: f32,
     frame_rate: f32,
     /// Centres of mass of each clip's frames (x, z), from the clip's first on.
     centres: Vec<Vec2>,
@@ -301,6 +301,11 @@ impl Table {
             }
         }
         best
+    }
+
+    /// The speed that is wanted, as far as the clips have it, in metres per second.
+    pub(super) fn speed(&self, wanted: Vec2) -> f32 {
+        wanted.length().min(self.fastest)
     }
 
     /// Where the centre of mass goes from a moment on, in the character's frame (x, z), by the time in seconds of the clip. Beyond the end of the

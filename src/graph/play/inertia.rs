@@ -199,13 +199,13 @@ impl Inertia {
             }),
         );
         self.feet.clear();
-        for (leg, &hinge) in graph.feet().legs().iter().zip(graph.knee_hinges()) {
+        for (leg, &knee) in graph.feet().legs().iter().zip(graph.knees()) {
             let foot = |pose: &Pose| LegPose::from_pose(skeleton, pose, leg);
             let (from, to) = (
                 [foot(&from[0]), foot(&from[1])],
                 [foot(&to[0]), foot(&to[1])],
             );
-            self.feet.push(FootDecay::new(from, to, hinge, step));
+            self.feet.push(FootDecay::new(from, to, knee, step));
         }
         self.places.clear();
         let moved = |poses: &[Pose; 2]| poses.iter().any(|pose| !pose.translations.is_empty());
@@ -344,10 +344,10 @@ impl Inertia {
         self.joints.clear();
         self.joints.resize(skeleton.len(), Decay::default());
         self.feet.clear();
-        let legs = graph.feet().legs().iter().zip(graph.knee_hinges());
-        self.feet.extend(legs.map(|(leg, &hinge)| {
+        let legs = graph.feet().legs().iter().zip(graph.knees());
+        self.feet.extend(legs.map(|(leg, &knee)| {
             let foot = [LegPose::from_pose(skeleton, pose, leg); 2];
-            FootDecay::new(foot, foot, hinge, STEP)
+            FootDecay::new(foot, foot, knee, STEP)
         }));
     }
 
@@ -631,19 +631,20 @@ impl LegTarget {
     }
 }
 
-/// Minimum sum of the sines of the knees' flexions. Below it their hinge is the usual one.
+/// Minimum sum of the sines of the knees' flexions. Below it they do not tell their hinge.
 const KNOWN: f32 = 0.4;
 
 impl FootDecay {
-    /// Decay from a leg in one motion to that in another, at the cut and `step` seconds later. `usual` is the hinge of straight knees
-    /// ([`MotionGraph::knee_hinges`]).
-    pub(crate) fn new(left: [LegPose; 2], entered: [LegPose; 2], usual: Vec3, step: f32) -> Self {
+    /// Decay from a leg in one motion to that in another, at the cut and `step` seconds later. `knee` tells where a straight knee
+    /// bends to ([`MotionGraph::knees`]).
+    pub(crate) fn new(left: [LegPose; 2], entered: [LegPose; 2], knee: Knee, step: f32) -> Self {
         let [from, to] = [left, entered].map(|legs| legs.map(|leg| leg.at_toe));
         let hinges = left.into_iter().chain(entered).map(|leg| leg.hinge);
         let hinge: Vec3 = hinges.clone().sum();
-        let hinge = match hinge.length() > KNOWN {
-            true => hinge.normalize(),
-            false => usual,
+        let hinge = match knee {
+            _ if hinge.length() > KNOWN => hinge.normalize(),
+            Knee::Forward(known) => known,
+            Knee::InPlane => Vec3::ZERO,
         };
         let flexion = hinges.fold(0.0, |least, other| f32::min(least, other.dot(hinge)));
         let apart = |at: usize| from[at].translation - to[at].translation;
@@ -819,7 +820,7 @@ mod tests {
     fn a_foot_that_is_held_stays_where_it_is_while_the_motion_turns() {
         let (blend, by) = (0.3, Rigid2::new(0.01, 0.0, 0.0));
         let (stood, mut entered) = (leg(0.2, 0.02, 0.2), leg(0.1, 0.02, 0.2));
-        let mut foot = FootDecay::new([stood; 2], [entered; 2], Vec3::ZERO, 0.01);
+        let mut foot = FootDecay::new([stood; 2], [entered; 2], Knee::InPlane, 0.01);
         foot.hold(1.0, HeldFoot::MOST);
         for frame in 0..30 {
             let age = frame as f32 / 60.0;
@@ -839,8 +840,8 @@ mod tests {
         let (stands, swings) = (leg(0.1, 0.0, 0.0), leg(-0.05, 0.1, 0.0));
         let inwards = leg(0.0, 0.0, 0.0);
         let offsets = [
-            FootDecay::new([inwards; 2], [stands; 2], Vec3::ZERO, 0.01),
-            FootDecay::new([swings; 2], [swings; 2], Vec3::ZERO, 0.01),
+            FootDecay::new([inwards; 2], [stands; 2], Knee::InPlane, 0.01),
+            FootDecay::new([swings; 2], [swings; 2], Knee::InPlane, 0.01),
         ];
         let places = |seconds: f32| {
             let weights = Weights::new(seconds / 0.3, 0.3);
@@ -865,10 +866,10 @@ mod tests {
             FootDecay::new(
                 [leg(0.02, 0.1, -0.7); 2],
                 [swings(0.0); 2],
-                Vec3::ZERO,
+                Knee::InPlane,
                 step,
             ),
-            FootDecay::new([stands; 2], [stands; 2], Vec3::ZERO, step),
+            FootDecay::new([stands; 2], [stands; 2], Knee::InPlane, step),
         ];
         let place = |t: f32| {
             let weights = Weights::new(t / blend, blend);

@@ -251,7 +251,7 @@ impl MotionGraph {
             // leg.
             let level = out.root.y;
             out.root.y -= root_drop;
-            leg.reach_by_knee(&self.skeleton, out, foot, self.knee(index));
+            leg.reach_by_knee(&self.skeleton, out, foot, self.knees()[index]);
             out.root.y = level;
         }
         out.root.y -= root_drop;

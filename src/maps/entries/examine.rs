@@ -278,11 +278,11 @@ impl CutTest<'_> {
             },
             ..leg
         };
-        let (step, hinges) = (self.step(), self.cut.graph.knee_hinges());
+        let (step, knees) = (self.step(), self.cut.graph.knees());
         let feet = (0..self.cut.graph.feet().legs().len()).map(|leg| {
             let from = [1, 2].map(|frame: usize| back(left[frame].feet[leg]));
             let to = [0, 1].map(|frame: usize| entered[frame].feet[leg]);
-            FootDecay::new(from, to, hinges[leg], step)
+            FootDecay::new(from, to, knees[leg], step)
         });
         self.examiner.offsets.feet.extend(feet);
     }
