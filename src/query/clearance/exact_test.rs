@@ -95,7 +95,7 @@ impl MotionBody {
 
     /// Removes the poses of earlier motions, so that they take no memory.
     pub(crate) fn forget(&mut self) {
-        self.poses.forget();
+        self.poses.clear();
     }
 
     /// The largest horizontal acceleration of the body's centre of mass on a motion until `end`, or the first one above `limit`, in metres per

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::extent::ObstacleHit;
 use super::pose_cache::PoseCache;
@@ -73,7 +73,7 @@ impl ObstacleTest<'_> {
         poses: &mut PoseCache,
         scratch: &mut ObstacleScratch,
     ) -> Option<ObstacleHit> {
-        poses.start_with_joints(self.baked, motion);
+        poses.start(self.baked, motion);
         self.find_near(motion, poses.additive.moves(), scratch);
         scratch.worst = None;
         let mut at = 0;
@@ -102,9 +102,9 @@ impl ObstacleTest<'_> {
         let (near, worst, extents) = (&scratch.near, &mut scratch.worst, &mut scratch.extents);
         let NearSample { seconds, axis, .. } = near[at];
         let number = poses.number(self.baked, motion.moment_at(seconds));
-        let joints = poses.joints(self.baked, number);
+        let axes = poses.axes(self.baked, number);
         let spheres = &self.baked.body().spheres;
-        extents.measure(self.baked, poses.axes(self.baked, number), axis);
+        extents.measure(self.baked, axes, axis);
         let is_same = |one: &&NearSample| (one.seconds, one.axis) == (seconds, axis);
         let same = near[at..].iter().take_while(is_same);
         let mut next = at;
@@ -122,8 +122,8 @@ impl ObstacleTest<'_> {
                     if !reaches(extents.all[sphere], known) {
                         continue;
                     }
-                    let part = &spheres[sphere];
-                    let metres = obstacle.distance(part.centre(joints), seconds) - part.radius;
+                    let centre = Vec3::from_array(axes.map(|axis| axis[sphere]));
+                    let metres = obstacle.distance(centre, seconds) - spheres[sphere].radius;
                     let harm = -metres * obstacle.weight;
                     if harm > known {
                         *worst = Some(ObstacleHit {

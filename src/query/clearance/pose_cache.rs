@@ -71,7 +71,8 @@ pub(super) struct PoseCache {
     graph: Arc<()>,
     pub(super) additive: AdditiveLayer,
     pose: Pose,
-    own_joints: Vec<JointTransform>,
+    /// Transforms of the joints of the pose to the world.
+    joints: Vec<JointTransform>,
     /// Numbers of the poses that depend on a playhead alone.
     known: FxHashMap<PoseKey, usize>,
     /// The blend in which the motions begin.
@@ -79,9 +80,6 @@ pub(super) struct PoseCache {
     /// Numbers of the poses in that blend, by their moments.
     blended: FxHashMap<(PoseKey, u32), usize>,
     pub(super) count: usize,
-    has_joints: bool,
-    /// Transforms of the joints to the world, `[pose][joint]`.
-    joints: Vec<JointTransform>,
     /// Centres of the body's spheres, `[pose][x, y, z][sphere]`, padded.
     rows: Vec<f32>,
 }
@@ -115,21 +113,6 @@ impl PoseCache {
         }
     }
 
-    /// Like [`PoseCache::start`]; from now on the joints of poses are kept, too.
-    pub(super) fn start_with_joints(&mut self, baked: &BakedGraph, motion: &Motion) {
-        if !self.has_joints {
-            self.clear();
-            self.has_joints = true;
-        }
-        self.start(baked, motion);
-    }
-
-    /// Removes all poses, and no longer keeps joints, so that what a query costs does not depend on the one before it.
-    pub(super) fn forget(&mut self) {
-        self.clear();
-        self.has_joints = false;
-    }
-
     pub(super) fn set_additive(&mut self, additive: &AdditiveLayer) {
         if self.additive != *additive {
             self.additive.clone_from(additive);
@@ -137,11 +120,11 @@ impl PoseCache {
         }
     }
 
-    fn clear(&mut self) {
+    /// Removes all poses, so that what a query costs does not depend on the one before it.
+    pub(super) fn clear(&mut self) {
         self.known.clear();
         self.blended.clear();
         self.count = 0;
-        self.joints.clear();
         self.rows.clear();
     }
 
@@ -163,20 +146,11 @@ impl PoseCache {
         if number == next {
             motion.sample(graph, seconds, &mut self.pose);
             self.additive.apply(&mut self.pose);
-            forward_kinematics(graph.skeleton(), &self.pose, &mut self.own_joints);
-            if self.has_joints {
-                self.joints.extend_from_slice(&self.own_joints);
-            }
-            baked.body_rows().push(&self.own_joints, &mut self.rows);
+            forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+            baked.body_rows().push(&self.joints, &mut self.rows);
             self.count += 1;
         }
         number
-    }
-
-    /// Transforms of the joints to the world in a pose, after [`PoseCache::start_with_joints`].
-    pub(super) fn joints(&self, baked: &BakedGraph, number: usize) -> &[JointTransform] {
-        let joints = baked.graph().skeleton().len();
-        &self.joints[number * joints..][..joints]
     }
 
     /// Centre of mass of the body in a pose, in the world, in metres.
@@ -228,10 +202,7 @@ mod tests {
                 blended.blend_from(graph, played, 0.3);
                 tested.continue_blend(&blended, 0.1);
             }
-            match round % 24 < 3 {
-                true => cache.start(baked, &tested),
-                false => cache.start_with_joints(baked, &tested),
-            }
+            cache.start(baked, &tested);
             let before = cache.count;
             for tick in 0..60 {
                 let moment = tested.moment_at(tick as f32 / 60.0);
@@ -239,9 +210,6 @@ mod tests {
                 let joints = fixture::joints(baked, &tested, moment.seconds);
                 let mut rows = Vec::new();
                 baked.body_rows().push(&joints, &mut rows);
-                if cache.has_joints {
-                    assert_eq!(cache.joints(baked, number), joints, "{round} {tick}");
-                }
                 assert_eq!(cache.axes(baked, number).concat(), rows, "{round} {tick}");
             }
             sampled += 60;
