@@ -124,11 +124,7 @@ unsafe impl Grows for GameSettings {
     const NAME: &'static str = "settings";
 
     fn blank() -> Self {
-        // 0 is no limit in C.
-        Self::new(&CharacterSettings {
-            plans_per_step: 0,
-            ..CharacterSettings::default()
-        })
+        Self::new(&CharacterSettings::default())
     }
 }
 

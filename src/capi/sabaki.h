@@ -260,12 +260,12 @@ typedef struct sabaki_game_settings {
     uint32_t size;
     uint32_t threads;        /* threads of a step, at most 1024; 0 for one per core. Default 1. The result does not depend on it */
     uint32_t delay;          /* steps from a query to the takeover of its answer, at most 60. Default 0 */
-    uint32_t plans_per_step; /* most characters that plan in one step, the most urgent first; 0 for no limit, the default */
+    uint32_t plans_per_step; /* most characters that plan in one step, the most urgent first; 0 for no limit. Default 24 */
     float horizon;           /* a threat is answered when it may hit within this time, seconds, at most 60. Default 1.6 */
     float margin;            /* distance that plans keep from threats if they can, metres, at most 10. Default 0.03 */
     float body_radius;       /* characters avoid each other as discs of this radius, metres, at most 100; 0 for not at all, the default */
     float plan_milliseconds; /* time for plans in one step, at most 1000000, the most urgent first; 0 for no limit, the default */
-    uint32_t plan_work;         /* the same as work, about a thousand for a millisecond, alike on every machine; 0 for no limit, the default */
+    uint32_t plan_work;         /* of one plan as work, about a thousand for a millisecond, alike on every machine; 0 for no limit. Default 4000 */
     uint32_t searches_per_step; /* characters whose steering searches in one step, if as many have to. Default 8 */
     float obstacle_margin; /* distance that plans keep from obstacles if they can, metres, at most 10. Default 0.02 */
     float push;            /* speed at which a body is shifted out of obstacles, m/s, at most 1000. Default 6 */

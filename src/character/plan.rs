@@ -767,6 +767,7 @@ impl PlanTest<'_> {
         motion.extend(self.world.baked.graph(), self.attack.end() + 0.1);
         let test = ExactTest {
             extent: Extent::UNTIL_HIT,
+            sampling: Sampling::CoarseFirst,
             ..ExactTest::new(self.world.baked, self.attack)
         };
         let clearance = test.on_motion(&motion, scratch.context.body());

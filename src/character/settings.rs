@@ -30,13 +30,13 @@ pub struct CharacterSettings {
     /// Number of characters whose steering searches in one step, if as many have to; at least 1, and more where all could not search each
     /// [`SteerSettings::interval`] otherwise. One that stands counts twice. Those that wait longest search first. Default 8.
     pub searches_per_step: usize,
-    /// Maximum number of characters that plan in one step, at least 1. Characters that may be reached first plan first. Default: no limit.
+    /// Maximum number of characters that plan in one step, at least 1. Characters that may be reached first plan first. Default 24.
     pub plans_per_step: usize,
     /// Time for plans in one step, in milliseconds, at most 1,000,000; 0 for no limit. Default 0. Characters that may be reached first plan first,
     /// at least one in each step. A plan that is not finished in time is broken off, and the next step goes on with the candidates that were not
     /// tested; those of one stage have at most one step. With a limit, results depend on the machine's speed.
     pub plan_milliseconds: f32,
-    /// Work of one plan in one step, in poses and spheres that are tested; 0 for no limit. Default 0. Like
+    /// Work of one plan in one step, in poses and spheres that are tested; 0 for no limit. Default 4000. Like
     /// [`CharacterSettings::plan_milliseconds`], but the same on every machine. A thousand take about a millisecond.
     pub plan_work: u32,
     /// Number of threads of [`Characters::step`](super::Characters::step), at most 1,024; 0 for one per core. Default 1. The result does not depend
@@ -57,9 +57,9 @@ impl Default for CharacterSettings {
             body_radius: 0.0,
             retry: 0.1,
             searches_per_step: 8,
-            plans_per_step: usize::MAX,
+            plans_per_step: 24,
             plan_milliseconds: 0.0,
-            plan_work: 0,
+            plan_work: 4000,
             threads: 1,
         }
     }

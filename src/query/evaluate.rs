@@ -706,15 +706,15 @@ impl Evaluator {
             self.measure_free(round, &order, count);
         } else {
             self.measure_shallowest(round, &order, count);
-            if !is_exhaustive {
+            if !is_exhaustive && !round.state.request.is_plan {
                 self.settle_hits(round);
             }
         }
         self.order = order;
     }
 
-    /// Tests hits over the whole attack, at every sample, until the `count` shallowest hits that do not push too hard are known. These do
-    /// not depend on the evaluation, so that the same candidates are warped. Each bound is first tightened at every fourth sample.
+    /// Tests hits over the whole attack until the `count` shallowest hits that do not push too hard are known. Each bound is first tightened at
+    /// every fourth sample. Outside of a plan it is then tested at every sample, so that the same candidates are warped whatever the evaluation.
     fn measure_shallowest(&mut self, round: Round<'_>, order: &[Bound], count: usize) {
         let mut depths = std::mem::take(&mut self.depths);
         let mut tight = std::mem::take(&mut self.tight);
@@ -753,7 +753,7 @@ impl Evaluator {
                 continue;
             }
             let mut metres = value;
-            if !self.is_final(index) {
+            if !round.state.request.is_plan && !self.is_final(index) {
                 let each = Sampling::Each;
                 let clearance = round.test_posed(index, until(enough), each, self.workers.body());
                 metres = clearance.metres;

@@ -341,7 +341,7 @@ int main(int arguments, char **argument) {
     refused(sabaki_game_settings_default(&settings), "the size of settings is 0");
     settings.size = sizeof settings;
     check(sabaki_game_settings_default(&settings), "sabaki_game_settings_default");
-    if (settings.plans_per_step != 0 || settings.steer_turn != 3.5f || settings.searches_per_step != 8) fail("default settings");
+    if (settings.plans_per_step != 24 || settings.plan_work != 4000 || settings.steer_turn != 3.5f || settings.searches_per_step != 8) fail("default settings");
     settings.threads = 2;
     settings.body_radius = 0.25f;
     sabaki_game *game = 0, *other = 0;
