@@ -17,7 +17,7 @@ use super::state::{CharacterState, Pending};
 use super::threat::Window;
 use super::walk_past::walk_past;
 use super::world::{KnownThreat, NearThreat, PlanScratch, Worker, World};
-use crate::graph::Motion;
+use crate::graph::{Motion, Played};
 use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling, WorkLimit};
 use crate::query::{Attack, PlanScope, PlanStage, Query, Request, evasions_end};
 
@@ -339,7 +339,7 @@ impl CharacterState {
                 first_stage,
                 velocity,
             };
-            let mut tested = self.ask(planning, wider, scope, scratch);
+            let mut tested = self.ask(planning, wider, scope, &kept, scratch);
             if let Some(clean) = tested.take_if(|tested| tested.is_clean()) {
                 let unused = least.into_iter().chain([kept]);
                 unused.for_each(|unused| scratch.keep_memory(unused.motion));
@@ -533,6 +533,7 @@ impl CharacterState {
         planning: &Planning<'_>,
         wider: &Attack,
         scope: PlanScope<'_>,
+        kept: &TestedMotion,
         scratch: &mut PlanScratch,
     ) -> Option<TestedMotion> {
         let world = planning.world;
@@ -559,7 +560,12 @@ impl CharacterState {
         let known = answer.clearance();
         let mut motion = scratch.motion();
         motion.clone_from(&scratch.answer.motion);
-        let (motion, is_blended) = self.continued(planning, motion);
+        let (mut motion, is_blended) = self.continued(planning, motion);
+        let played = self.playing.played_until(planning.moment.seconds);
+        if pushes_too_hard(planning, played, &mut motion, scope.plain, kept, scratch) {
+            scratch.keep_memory(motion);
+            return None;
+        }
         let metres = known.metres + scope.margin;
         let known = Clearance { metres, ..known };
         let test = PlanTest {
@@ -639,6 +645,32 @@ impl CharacterState {
             at: moment.at,
         });
         self.take_over(now, scratch);
+    }
+}
+
+/// Whether a motion that was blended with the played one asks the body to push off harder than in the answers of queries, and harder than the
+/// played motion, `kept`, does anyway in the next moments.
+fn pushes_too_hard(
+    planning: &Planning<'_>,
+    played: Played<'_>,
+    motion: &mut Motion,
+    attack: &Attack,
+    kept: &TestedMotion,
+    scratch: &mut PlanScratch,
+) -> bool {
+    /// The next moments, in seconds.
+    const SOON: f32 = 0.2;
+    let (baked, settings) = (planning.world.baked, &planning.world.settings.query);
+    let end = evasions_end(baked.graph(), motion, attack.end());
+    motion.extend(baked.graph(), end);
+    let body = scratch.context.body();
+    let allowed = settings.allowed_push(baked, kept.clearance.time);
+    let natural = || SOON.max(kept.motion.blends_until()).min(attack.end());
+    let played = Some(played);
+    body.push_after(baked, played, motion, end, allowed) > allowed && {
+        let limit =
+            allowed.max(body.push_after(baked, played, &kept.motion, natural(), f32::INFINITY));
+        body.push_after(baked, played, motion, end, limit) > limit
     }
 }
 

@@ -19,8 +19,8 @@ use super::extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 use super::obstacle_test::{ObstacleScratch, ObstacleTest};
 use super::pose_cache::{AdditiveLayer, PoseCache};
 use super::sweep::{Sweep, SweepScratch, TimeWindow};
-use crate::graph::Motion;
 use crate::graph::push::{PUSH_WINDOW, acceleration};
+use crate::graph::{Motion, Played};
 use crate::maps::BakedGraph;
 use crate::query::attack::Attack;
 
@@ -107,12 +107,38 @@ impl MotionBody {
         end: f32,
         limit: f32,
     ) -> f32 {
+        self.push_after(baked, None, motion, end, limit)
+    }
+
+    /// Like [`MotionBody::push`], for a motion that follows another one.
+    pub(crate) fn push_after(
+        &mut self,
+        baked: &BakedGraph,
+        played: Option<Played<'_>>,
+        motion: &Motion,
+        end: f32,
+        limit: f32,
+    ) -> f32 {
         /// Number of centres in a window of [`PUSH_WINDOW`], and of samples from one centre to the next: the exact test has most of these poses.
         const CENTRES: usize = 2;
         const TICKS: usize = (PUSH_WINDOW * SAMPLE_RATE) as usize / CENTRES;
         let before = self.poses.count;
-        self.poses.start(baked, motion);
         let (mut centres, mut most) = ([Vec2::ZERO; 2 * CENTRES + 1], 0.0);
+        let mut known = 0;
+        if let Some(played) = played {
+            self.poses.start(baked, played.motion);
+            for index in (1..=2 * CENTRES).rev() {
+                let seconds = played.seconds - (index * TICKS) as f32 / SAMPLE_RATE * played.rate;
+                if seconds < 0.0 {
+                    continue;
+                }
+                let number = self.poses.number(baked, played.motion.moment_at(seconds));
+                centres.rotate_left(1);
+                centres[2 * CENTRES] = self.poses.centre_of_mass(baked, number).xz();
+                known += 1;
+            }
+        }
+        self.poses.start(baked, motion);
         for index in 0.. {
             let seconds = (index * TICKS) as f32 / SAMPLE_RATE;
             if seconds > end || most > limit {
@@ -125,7 +151,7 @@ impl MotionBody {
             let number = self.poses.number(baked, motion.moment_at(seconds));
             centres.rotate_left(1);
             centres[2 * CENTRES] = self.poses.centre_of_mass(baked, number).xz();
-            if index >= 2 * CENTRES {
+            if index + known >= 2 * CENTRES {
                 let way = [0, CENTRES, 2 * CENTRES].map(|at| centres[at]);
                 most = acceleration(way).max(most);
             }
