@@ -61,11 +61,6 @@ layout(push_constant) uniform CountCandidates {
     uint up_to_hits; // whether a candidate is done with when its body is met
 } draw;
 
-// What is known before a cull is not paid for in it: on some devices an `if` leaves nothing out. Host: `ComputePath::fill` in
-// src/gpu/compute/path.rs.
-// From one texel of the attack to the next, in either axis: 1, 2 or 4.
-layout(constant_id = 0) const int PITCH = 1;
-
 // A candidate's plane.
 struct Plane {
     uint word;
@@ -130,8 +125,8 @@ uint in_window(ivec4 turn, Plane plane, uint place, uint mask) {
     ivec2 start = window.start - (origin << SHIFT);
     ivec2 step = 2 * turn.xy;
     uint count = 0u;
-    for (int row = 0; row < ROWS; row += PITCH) {
-        for (int column = 0; column < COLUMNS; column += PITCH) {
+    for (int row = 0; row < ROWS; row++) {
+        for (int column = 0; column < COLUMNS; column++) {
             int x = (start.x + step.x * column + step.y * row) >> SHIFT;
             int z = (start.y + step.x * row - step.y * column) >> SHIFT;
             uint pair = z < 4 ? (z < 2 ? a : b) : (z < 6 ? c : (z < 8 ? d : e));

@@ -31,7 +31,7 @@ pub(crate) const COUNT_COMP: Shader = Shader {
         Binding { set: 0, binding: 2, stride: 32 },
         Binding { set: 0, binding: 4, stride: 4 },
     ],
-    words: &words::<4471>(include_bytes!("spirv/count.comp.spv")),
+    words: &words::<4459>(include_bytes!("spirv/count.comp.spv")),
     ..Shader::new(Stage::Compute)
 };
 

@@ -4,9 +4,9 @@
 //! 0   8  "sabaki\r\n"            otherwise: not a baked file, or damaged by a text-mode transfer
 //! 8   4  format version, u32 little-endian
 //! 12  4  CRC-32 of all following bytes, u32 little-endian
-//! 16  16 version of the crate that wrote the file, as text padded with zeros; since format 4
-//! 32  72 lengths of the nine sections, u64 little-endian each; since format 9
-//! 104 …  the sections: parts of the graph, serialized by postcard
+//! 16  16 version of the crate that wrote the file, as text padded with zeros
+//! 32  32 lengths of the four sections, u64 little-endian each
+//! 64  …  the sections: parts of the graph, serialized by postcard
 //! …      optionally "attached" and an attachment: bytes that a program keeps beside the graph
 //! ```
 //! Sections are read on several threads. A file is checked in two steps. The checksum detects damage. Every index is then checked against
@@ -30,7 +30,7 @@ pub use atomic_write::write_atomically;
 pub const LARGEST_FILE: u64 = 1_000_000_000;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
-const VERSION: u32 = 11;
+const VERSION: u32 = 12;
 /// Length of magic, version and checksum, in bytes.
 const CHECKED: usize = 16;
 const WRITER: usize = 16;
@@ -128,18 +128,16 @@ fn with_attachment(baked: &BakedGraph, attachment: &[u8]) -> Result<Vec<u8>, pos
 }
 
 /// Name of the program that wrote a file, from its header.
-fn writer(bytes: &[u8], format: u32) -> String {
-    const SINCE: u32 = 4;
+fn writer(bytes: &[u8]) -> String {
     let field = bytes.get(CHECKED..HEADER).unwrap_or_default();
     let text: String = field
         .iter()
         .take_while(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'z' | b'.' | b'-' | b'+'))
         .map(|&byte| char::from(byte))
         .collect();
-    match format {
-        1..SINCE => "a sabaki from before 0.1.0".to_owned(),
-        _ if text.is_empty() => "an unknown sabaki".to_owned(),
-        _ => format!("sabaki {text}"),
+    match text.is_empty() {
+        true => "an unknown sabaki".to_owned(),
+        false => format!("sabaki {text}"),
     }
 }
 
@@ -190,7 +188,7 @@ fn checked(bytes: &[u8]) -> Result<(Sections<'_>, &[u8]), ArchiveFault> {
         return Err(ArchiveFault::Checksum);
     };
     if found != VERSION {
-        let writer = writer(bytes, found);
+        let writer = writer(bytes);
         return Err(ArchiveFault::Version { found, writer });
     }
     if bytes.len() < HEADER || crc32fast::hash(&bytes[CHECKED..]) != checksum {

@@ -93,7 +93,7 @@ impl Culler {
     pub fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
         match desc.path {
             CullPath::Stencil => StencilPath::bytes(context, desc),
-            CullPath::Compute => ComputePath::bytes(context, desc),
+            CullPath::Compute => Ok(ComputePath::bytes(desc)),
             other => Err(GpuError::NotADevicePath(other)),
         }
     }

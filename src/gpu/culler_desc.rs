@@ -31,8 +31,10 @@ pub struct CullerDesc<'a> {
     pub frames_in_flight: u32,
     /// Cache that pipelines are created with: the host's. Default: none.
     pub pipeline_cache: vk::PipelineCache,
-    /// Settings of the compute path. The stencil path ignores them.
-    pub compute: ComputeSettings,
+    /// Maximum number of blocks of an attack on the compute path. A block is 8 × 4 texels of the evasions' maps that the attack covers at
+    /// least one of. Blocks are counted over all slabs, clocks and slices, of inner and outer maps, and once more for the inner maps of all
+    /// slices together. Default 32,768.
+    pub max_blocks: u32,
 }
 
 impl<'a> CullerDesc<'a> {
@@ -53,7 +55,7 @@ impl<'a> CullerDesc<'a> {
             },
             frames_in_flight: 2,
             pipeline_cache: vk::PipelineCache::null(),
-            compute: ComputeSettings::default(),
+            max_blocks: 32_768,
         }
     }
 }
@@ -67,31 +69,7 @@ impl CullerDesc<'_> {
         let most = settings.most_evasions + settings.moves.candidates;
         self.max_candidates = u32::try_from(most).unwrap_or(u32::MAX);
         self.frames_in_flight = queries.max(1);
-        self.compute.max_blocks = 2728;
+        self.max_blocks = 2728;
         self
-    }
-}
-
-/// Settings of the compute path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ComputeSettings {
-    /// Maximum number of blocks of an attack. A block is 8 × 4 texels of the evasions' maps that the attack covers at least one of. Blocks
-    /// are counted over all slabs, clocks and slices, of inner and outer maps, and once more for the inner maps of all slices
-    /// together. Default 32,768.
-    pub max_blocks: u32,
-    /// Maximum number of work groups of a dispatch. A larger cull is recorded as several dispatches. Default: the device's limit.
-    pub max_groups: u32,
-    /// Maximum size of the maps that are bound at once, in bytes. Larger maps are bound in turn, evasion by evasion. Default: the device's
-    /// limit on storage buffers, which is at least 128 MiB.
-    pub max_page: u64,
-}
-
-impl Default for ComputeSettings {
-    fn default() -> Self {
-        Self {
-            max_blocks: 32_768,
-            max_groups: u32::MAX,
-            max_page: u64::MAX,
-        }
     }
 }

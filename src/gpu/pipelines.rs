@@ -117,13 +117,11 @@ pub(crate) struct Pipeline {
 }
 
 impl Pipeline {
-    /// Creates a pipeline with these layouts of descriptor sets and the host's cache, or null. Only compute shaders have `constants`: the
-    /// values of their first specialization constants. On failure everything is freed again.
+    /// Creates a pipeline with these layouts of descriptor sets and the host's cache, or null. On failure everything is freed again.
     pub(crate) fn new(
         context: &Context,
         desc: &PipelineDesc,
         sets: &[vk::DescriptorSetLayout],
-        constants: &[u32],
         cache: vk::PipelineCache,
     ) -> Result<Self, GpuError> {
         let device = context.device();
@@ -137,7 +135,7 @@ impl Pipeline {
         context.name(layout, desc.name);
         let handle = with_stages(context, desc.shaders, |stages| match desc.shaders {
             [shader] if shader.stage == Stage::Compute => {
-                compute(context, constants, cache, layout, stages[0])
+                compute(context, cache, layout, stages[0])
             }
             _ => graphics(context, desc, cache, layout, stages),
         });
@@ -243,24 +241,12 @@ pub fn with_stages(
 
 fn compute(
     context: &Context,
-    constants: &[u32],
     cache: vk::PipelineCache,
     layout: vk::PipelineLayout,
     stage: vk::PipelineShaderStageCreateInfo<'_>,
 ) -> Result<vk::Pipeline, GpuError> {
-    const WORD: usize = size_of::<u32>();
-    let words = (0..).zip(constants).map(|(id, _)| {
-        vk::SpecializationMapEntry::default()
-            .constant_id(id)
-            .offset(id * WORD as u32)
-            .size(WORD)
-    });
-    let words: Vec<_> = words.collect();
-    let specialization = vk::SpecializationInfo::default()
-        .map_entries(&words)
-        .data(bytemuck::cast_slice(constants));
     let info = [vk::ComputePipelineCreateInfo::default()
-        .stage(stage.specialization_info(&specialization))
+        .stage(stage)
         .layout(layout)];
     // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
     let pipelines = unsafe {

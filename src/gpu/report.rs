@@ -4,10 +4,10 @@ use std::ffi::CStr;
 
 use ash::vk;
 
-use super::{ContextDesc, Features, limits};
+use super::{ContextDesc, Features};
 use crate::query::cull::CullPath;
 
-/// A feature, format, version or limit that a culling path uses.
+/// A feature, format or version that a culling path uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Requirement {
     /// Name in Vulkan.
@@ -45,7 +45,7 @@ const BOTH: &[CullPath] = &[CullPath::Stencil, CullPath::Compute];
 const FOR_STENCIL: &[CullPath] = &[CullPath::Stencil];
 const FOR_COMPUTE: &[CullPath] = &[CullPath::Compute];
 
-const REQUIREMENTS: [Requirement; 10] = [
+const REQUIREMENTS: [Requirement; 9] = [
     Requirement::required("Vulkan 1.1", BOTH),
     Requirement::required("a queue family with graphics", FOR_STENCIL),
     Requirement::required("a queue family with compute", FOR_COMPUTE),
@@ -56,7 +56,6 @@ const REQUIREMENTS: [Requirement; 10] = [
         "a stencil format that can be drawn to and copied from",
         FOR_STENCIL,
     ),
-    Requirement::required("the limits that Vulkan guarantees", BOTH),
     Requirement::optional(
         "Vulkan 1.3",
         "for the stencil path: VK_KHR_dynamic_rendering and VK_EXT_extended_dynamic_state",
@@ -67,10 +66,10 @@ const REQUIREMENTS: [Requirement; 10] = [
 
 /// All requirements, first those that are not optional.
 ///
-/// No limit is needed above the minimum that Vulkan guarantees. Where an input needs more than a device offers, the work is
-/// divided (dispatches by `maxComputeWorkGroupCount`, maps of the compute path by `maxStorageBufferRange`, large attacks and many queries of
-/// the stencil path by further renderings), or refused by name
-/// ([`GpuError::Limit`](super::GpuError::Limit): maps of the stencil path above `maxStorageBufferRange`).
+/// No limit is needed above the minimum that Vulkan guarantees (the specification, "Required Limits"), so none is checked. Where an input needs more than a device offers, the work is
+/// divided (large attacks and many queries of the stencil path by further renderings), or refused by name
+/// ([`GpuError::Limit`](super::GpuError::Limit): maps above `maxStorageBufferRange`, which is at least 128 MiB, and on the compute path more
+/// candidates than `maxComputeWorkGroupCount`, which is at least 65,535).
 pub fn requirements() -> &'static [Requirement] {
     &REQUIREMENTS
 }
@@ -207,7 +206,6 @@ struct Offer {
     queues: vk::QueueFlags,
     features: Features,
     stencil_format: Option<vk::Format>,
-    has_limits: bool,
 }
 
 impl Offer {
@@ -230,7 +228,6 @@ impl Offer {
             queues: families
                 .iter()
                 .fold(vk::QueueFlags::empty(), |all, one| all | one.queue_flags),
-            has_limits: limits::are_enough(&properties.limits),
             ..Self::default()
         };
         if offer.version >= vk::API_VERSION_1_1 {
@@ -252,7 +249,6 @@ impl Offer {
             self.features.dynamic_rendering,
             self.features.extended_dynamic_state,
             self.stencil_format.is_some(),
-            self.has_limits,
             self.version >= vk::API_VERSION_1_3,
             self.stencil_format == Some(vk::Format::S8_UINT),
             self.features.precise_queries,

@@ -24,11 +24,6 @@ impl DeviceMemory<'_> {
             let most = self.context.limits().max_storage_buffer_range;
             within("maxStorageBufferRange", desc.size, u64::from(most))?;
         }
-        self.paged_buffer(desc)
-    }
-
-    /// Creates a buffer of which one part at a time is bound. On failure everything is freed again.
-    pub fn paged_buffer(&mut self, desc: BufferDesc<'_>) -> Result<Buffer, GpuError> {
         let size = desc.size.max(4).next_multiple_of(4);
         let info = vk::BufferCreateInfo::default()
             .size(size)

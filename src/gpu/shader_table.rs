@@ -124,7 +124,7 @@ pub const fn stride(shader: &Shader, binding: u32) -> usize {
     0
 }
 
-/// Whether a shader keeps within the limits that Vulkan guarantees (`limits.rs`), so that it runs on every device.
+/// Whether a shader keeps within the limits that Vulkan guarantees (the specification, "Required Limits"), so that it runs on every device.
 pub const fn runs_anywhere(shader: &Shader) -> bool {
     let [x, y, z] = shader.group;
     shader.push_constants <= 128

@@ -1,5 +1,4 @@
-//! A buffer that is filled once: by the host if its memory is mapped, otherwise from a staging buffer. Its owner may bind one part of it
-//! at a time.
+//! A buffer that is filled once: by the host if its memory is mapped, otherwise from a staging buffer.
 
 use std::sync::atomic::AtomicBool;
 
@@ -48,7 +47,7 @@ impl Uploaded {
                 usage,
                 memory,
             };
-            device.paged_buffer(desc)
+            device.buffer(desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;

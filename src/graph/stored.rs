@@ -1,10 +1,10 @@
 //! The parts of a graph that files store separately, so that they can be read in parallel.
 
-use crate::anim::{Clip, Skeleton};
+use crate::anim::Skeleton;
 use crate::graph::ClipId;
 use crate::graph::build::prune::components;
 use crate::graph::motion_graph::{
-    Edge, EdgeMotion, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, Plant, twice,
+    Edge, EdgeMotion, GraphEvent, KnownRig, LegBlend, MotionGraph, Plant, twice,
 };
 use crate::graph::settings::GraphSettings;
 use crate::math::in_parallel;
@@ -13,48 +13,22 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 impl MotionGraph {
-    pub(crate) const SECTIONS: usize = 4;
-
-    pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
-        let (events, nodes, first_edge) = (&self.events, &self.nodes, &self.first_edge);
-        let rest = (&self.skeleton, self.frame_rate, events, nodes, first_edge);
-        let mut rest = to_bytes(&rest)?;
-        // Graphs whose clips were not lengthened need no more.
-        if !self.leads.is_empty() {
-            rest.extend(to_bytes(&self.leads)?);
-        }
-        Ok([
-            rest,
-            to_bytes(&self.clips)?,
-            to_bytes(&self.edges)?,
-            to_bytes(&self.feet)?,
-        ])
+    /// The clips, and everything else.
+    pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; 2], postcard::Error> {
+        let (skeleton, frame_rate, leads) = (&self.skeleton, self.frame_rate, &self.leads);
+        let (nodes, edges, first_edge) = (&self.nodes, &self.edges, &self.first_edge);
+        let (events, feet) = (&self.events, &self.feet);
+        let rest = (
+            skeleton, frame_rate, events, nodes, edges, first_edge, feet, leads,
+        );
+        Ok([to_bytes(&self.clips)?, to_bytes(&rest)?])
     }
 
     /// Reads the parts of a graph. [`MotionGraph::validate`] checks them.
-    pub(crate) fn from_sections(
-        [rest, clips, edges, feet]: [&[u8]; Self::SECTIONS],
-    ) -> Result<Self, String> {
-        let (clips, (edges, (feet, rest))) = both(
-            || from_bytes::<Vec<Clip>>(clips),
-            || {
-                let edges = from_bytes::<Vec<Edge>>(edges);
-                let feet = from_bytes::<Feet>(feet);
-                (edges, (feet, postcard::take_from_bytes(rest)))
-            },
-        );
-        let (rest, leads) = rest.map_err(|error| error.to_string())?;
-        let (skeleton, frame_rate, events, nodes, first_edge) = rest;
-        let leads = match leads {
-            [] => Vec::new(),
-            leads => from_bytes(leads)?,
-        };
-        // Lists grow as they are read, to up to twice their length.
-        let (mut edges, mut feet) = (edges?, feet?);
-        edges.shrink_to_fit();
-        feet.blends.shrink_to_fit();
-        feet.root_drops.shrink_to_fit();
-        Ok(Self {
+    pub(crate) fn from_sections([clips, rest]: [&[u8]; 2]) -> Result<Self, String> {
+        let (clips, rest) = both(|| from_bytes(clips), || from_bytes(rest));
+        let (skeleton, frame_rate, events, nodes, edges, first_edge, feet, leads) = rest?;
+        let mut graph = Self {
             skeleton,
             frame_rate,
             clips: clips?,
@@ -65,7 +39,12 @@ impl MotionGraph {
             feet,
             leads,
             rig: KnownRig::default(),
-        })
+        };
+        // Lists grow as they are read, to up to twice their length.
+        graph.edges.shrink_to_fit();
+        graph.feet.blends.shrink_to_fit();
+        graph.feet.root_drops.shrink_to_fit();
+        Ok(graph)
     }
 }
 
@@ -86,6 +65,14 @@ pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String>
 
 // Checks a graph that was read from a file.
 
+/// An error that says `what` is wrong, unless a condition holds.
+pub(crate) fn ensure(holds: bool, what: &str) -> Result<(), String> {
+    match holds {
+        true => Ok(()),
+        false => Err(what.to_owned()),
+    }
+}
+
 impl MotionGraph {
     /// Checks that every index is in range, every edge fits its clips, and every node can be
     /// reached from every other node. Graphs that are built here always pass; graphs that come from
@@ -94,66 +81,52 @@ impl MotionGraph {
     /// # Errors
     /// A description of the first invalid item.
     pub fn validate(&self) -> Result<(), String> {
-        let frames = |clip: ClipId| {
-            self.clips
-                .get(clip.index())
-                .map_or(0, |clip| clip.frames() as u32)
+        let is_possible = GraphSettings::FRAME_RATES.contains(&self.frame_rate);
+        ensure(is_possible, "the frame rate is not possible")?;
+        let is_sound = |clip: usize| {
+            let clip = &self.clips[clip];
+            clip.frame_rate() == self.frame_rate && clip.is_sound(&self.skeleton)
         };
+        let (sound, tables) = both(
+            || in_parallel(0, self.clips.len(), is_sound),
+            || self.validate_tables(),
+        );
+        let are_sound = !sound.contains(&false);
+        ensure(are_sound, "a clip is damaged or of another frame rate")?;
+        tables
+    }
+
+    /// Checks what the contents of the clips' frames do not matter to. The order matters: each check relies on those before it.
+    fn validate_tables(&self) -> Result<(), String> {
+        let frames = |clip: ClipId| {
+            let clip = self.clips.get(clip.index());
+            clip.map_or(0, |clip| clip.frames() as u32)
+        };
+        let mut leads = self.leads.iter().zip(&self.clips);
+        let leads_fit = self.leads.is_empty()
+            || self.leads.len() == self.clips.len()
+                && leads.all(|(&lead, clip)| (lead as usize) < clip.frames());
+        ensure(leads_fit, "the frames before its clips do not fit them")?;
+        ensure(!self.nodes.is_empty(), "it has no nodes")?;
+        let mut nodes = self.nodes.iter();
+        let nodes_fit = nodes.all(|node| node.frame < frames(node.clip));
+        ensure(nodes_fit, "a node names a frame that is not there")?;
         let joints = self.skeleton.len();
-        let clip_ok =
-            |clip: &Clip| clip.frame_rate() == self.frame_rate && clip.is_sound(&self.skeleton);
-        let event_ok = |e: &GraphEvent| {
+        let events_fit = self.events.iter().all(|e| {
             e.first < e.last
                 && e.last < frames(e.clip)
                 && e.joints.iter().all(|joint| joint.index() < joints)
-        };
-        if !GraphSettings::FRAME_RATES.contains(&self.frame_rate) {
-            return Err("the frame rate is not possible".to_owned());
-        }
-        let clips_are_sound = || {
-            let is_sound = |clip: usize| clip_ok(&self.clips[clip]);
-            let sound = in_parallel(0, self.clips.len(), is_sound);
-            sound.iter().all(|&is_sound| is_sound)
-        };
-        // The order matters: each check relies on those before it. None relies on the contents of the clips' frames.
-        let leads_fit = || {
-            let mut pairs = self.leads.iter().zip(&self.clips);
-            let is_short = |(&lead, clip): (&u32, &Clip)| (lead as usize) < clip.frames();
-            self.leads.is_empty() || self.leads.len() == self.clips.len() && pairs.all(is_short)
-        };
-        let checks: [(&(dyn Fn() -> bool + Sync), &str); 9] = [
-            (&leads_fit, "the frames before its clips do not fit them"),
-            (&|| !self.nodes.is_empty(), "it has no nodes"),
-            (
-                &|| self.nodes.iter().all(|node| node.frame < frames(node.clip)),
-                "a node names a frame that is not there",
-            ),
-            (
-                &|| self.events.iter().all(event_ok),
-                "an event names frames or joints that are not there",
-            ),
-            (&|| twice(&self.events).is_none(), "an event is there twice"),
-            (
-                &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
-                "an edge does not fit its nodes or clips",
-            ),
-            (&|| self.index_fits(), "the index of edges is damaged"),
-            (
-                &|| self.feet_fit(),
-                "the table of feet does not fit the skeleton, the clips or the edges",
-            ),
-            (
-                &|| self.is_connected(),
-                "from some node another cannot be reached",
-            ),
-        ];
-        let first_wrong = || checks.iter().find(|(holds, _)| !holds());
-        let (is_sound, wrong) = both(clips_are_sound, first_wrong);
-        match wrong {
-            _ if !is_sound => Err("a clip is damaged or of another frame rate".to_owned()),
-            Some((_, what)) => Err((*what).to_owned()),
-            None => Ok(()),
-        }
+        });
+        let what = "an event names frames or joints that are not there";
+        ensure(events_fit, what)?;
+        ensure(twice(&self.events).is_none(), "an event is there twice")?;
+        let edges_fit = self.edges.iter().all(|edge| self.edge_fits(edge));
+        ensure(edges_fit, "an edge does not fit its nodes or clips")?;
+        ensure(self.index_fits(), "the index of edges is damaged")?;
+        let what = "the table of feet does not fit the skeleton, the clips or the edges";
+        ensure(self.feet_fit(), what)?;
+        let what = "from some node another cannot be reached";
+        ensure(self.is_connected(), what)
     }
 
     /// Whether every node has at least one edge and the index refers to exactly its edges.

@@ -45,11 +45,10 @@ impl Round<'_> {
     pub(super) fn score(self, index: usize, metres: f32) -> Score {
         let candidates = &self.state.candidates;
         let candidate = &candidates.list[index];
-        let pitch = self.query.baked.atlas().grid().attack_pitch;
         let overlap = candidates.overlap(index).unwrap_or_default();
         Score::new(
             self.region_texels(index),
-            overlap.evasion * pitch * pitch,
+            overlap.evasion,
             metres,
             candidate.rate.rate,
             matches!(candidate.kind, CandidateKind::Layer(_)),

@@ -1,7 +1,7 @@
 //! Promise: every culling path of a device counts what the CPU's counts, texel for texel, for any candidates, slabs, clocks,
 //! slices and placements; recording and polling allocate nothing once warm; what does not fit is refused by name.
 
-use sabaki::gpu::{BatchEntry, ComputeSettings, Culler, CullerDesc, GpuError};
+use sabaki::gpu::{BatchEntry, Culler, CullerDesc, GpuError};
 use sabaki::maps::{Disc, MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
 use sabaki::query::cull::{
     AttackDrawing, AttackLayer, Counted, CullCandidate, CullInput, CullPath, Overlap, TimedDisc,
@@ -277,7 +277,7 @@ fn what_is_asked_for_is_counted_alone() {
                 up_to_hits: bits & 8 != 0,
             };
             let mut desc = CullerDesc::new(path, atlas);
-            (desc.counted, desc.compute.max_blocks) = (wanted, 1 << 17);
+            (desc.counted, desc.max_blocks) = (wanted, 1 << 17);
             let mut culler = culler(device, &desc);
             let counts = device.cull(&mut culler, &input).unwrap();
             culler.destroy(device.memory().unwrap());
@@ -394,52 +394,17 @@ fn attacks_of_many_chunks_agree() {
         one.disc.radius += 1000;
     }
     let mut desc = CullerDesc::new(CullPath::Compute, &atlas);
-    desc.compute = with(|s: &mut ComputeSettings| s.max_blocks = 1 << 20);
+    desc.max_blocks = 1 << 20;
     let input = case.input(&atlas);
     let mut one = input;
     one.candidates = &case.candidates[..1];
-    agree(&mut device, &desc, &[one, input]);
-    assert!(counted(&input).iter().any(|one| one.body > 0));
-    finish(device);
-}
-
-/// Counts by a culler of its own what the CPU counts.
-fn agree(device: &mut Headless, desc: &CullerDesc<'_>, inputs: &[CullInput<'_>]) {
-    let mut culler = culler(device, desc);
-    for input in inputs {
-        let counts = device.cull(&mut culler, input).unwrap();
-        assert_eq!(counts, counted(input), "{desc:?}");
+    let mut culler = culler(&mut device, &desc);
+    for input in [one, input] {
+        let counts = device.cull(&mut culler, &input).unwrap();
+        assert_eq!(counts, counted(&input));
     }
     culler.destroy(device.memory().unwrap());
-}
-
-#[test]
-fn any_number_of_dispatches_and_culls_agree() {
-    let mut device = device();
-    let mut random = Random::new(5);
-    let atlas = atlas(&mut random, sliced(64), 20);
-    let case = CullCase::new(&mut random, &atlas, RECT, 0..4, 700);
-    let shapes = [
-        (1, 1, 400_000),
-        (300, 7, 2_000_000),
-        (1000, 1, u64::MAX),
-        (1000, u32::MAX, u64::MAX),
-    ];
-    for (max_candidates, max_groups, max_page) in shapes {
-        let desc = CullerDesc {
-            max_candidates,
-            compute: ComputeSettings {
-                max_groups,
-                max_page,
-                ..ComputeSettings::default()
-            },
-            ..CullerDesc::new(CullPath::Compute, &atlas)
-        };
-        let some = if max_candidates == 1 { 40 } else { 700 };
-        let mut input = case.input(&atlas);
-        input.candidates = &case.candidates[..some];
-        agree(&mut device, &desc, &[input]);
-    }
+    assert!(counted(&input).iter().any(|one| one.body > 0));
     finish(device);
 }
 
@@ -483,7 +448,7 @@ fn what_does_not_fit_is_refused_by_name() {
             max_candidates: 8,
             ..CullerDesc::new(path, &atlas)
         };
-        desc.compute.max_blocks = 4;
+        desc.max_blocks = 4;
         let mut culler = culler(&mut device, &desc);
         let most = "max_candidates: 9 needed, 8";
         let mut cases = vec![
@@ -495,7 +460,7 @@ fn what_does_not_fit_is_refused_by_name() {
         if path == CullPath::Stencil {
             cases.push((&large, &case.candidates[..8], 0, "counts of a cull"));
         } else {
-            let limit = "ComputeSettings::max_blocks";
+            let limit = "CullerDesc::max_blocks";
             cases.push((&case.attack, &case.candidates[..8], 0, limit));
             cases.push((&none, &enlarged[..], 0, "size of a rotated block"));
         }
@@ -520,10 +485,10 @@ fn what_does_not_fit_is_refused_by_name() {
         culler.destroy(device.memory().unwrap());
     }
     let mut desc = CullerDesc::new(CullPath::Compute, &atlas);
-    desc.compute.max_page = 4096;
+    desc.max_candidates = u32::MAX;
     let made = device.make(|context, memory| Culler::new(context, memory, &desc));
     let error = made.unwrap_err().to_string();
-    assert!(error.starts_with("ComputeSettings::max_page"), "{error}");
+    assert!(error.starts_with("maxComputeWorkGroupCount"), "{error}");
     assert_eq!(device.memory().unwrap().live_blocks(), 0);
     finish(device);
 }

@@ -38,7 +38,7 @@ fn each_culler(
             ..CullerDesc::new(path, atlas)
         };
         // Attacks here are wider than a game's.
-        desc.compute.max_blocks = 1 << 17;
+        desc.max_blocks = 1 << 17;
         (path, culler(device, &desc))
     })
 }

@@ -2,7 +2,7 @@
 //! and memory stays flat.
 
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
+use sabaki::gpu::{Culler, Ticket};
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap};
 use sabaki::query::{Query, QueryContext, QuerySettings};
@@ -10,18 +10,14 @@ use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_fixtures::throw::{Throw, throws};
 
-use sabaki_fixtures::cull::{DEVICE_PATHS, counted};
+use sabaki_fixtures::cull::counted;
 use sabaki_fixtures::memory::{alone, status};
 use sabaki_fixtures::{desc, finish};
 
 const SLOTS: usize = 3;
 
 /// A query's maps, and what the CPU counts of them.
-struct Case {
-    attack: AttackDrawing,
-    candidates: Vec<CullCandidate>,
-    expected: Vec<Overlap>,
-}
+type Case = (AttackDrawing, Vec<CullCandidate>, Vec<Overlap>);
 
 fn cases(baked: &BakedGraph) -> Vec<Case> {
     let (settings, mut context) = (QuerySettings::default(), QueryContext::default());
@@ -32,124 +28,92 @@ fn cases(baked: &BakedGraph) -> Vec<Case> {
         let mut expected = counted(&input);
         // Few candidates: what is tried here is the number of culls.
         expected.truncate(12);
-        Case {
-            attack: input.attack.clone(),
-            candidates: input.candidates[..expected.len()].to_vec(),
-            expected,
-        }
+        let candidates = input.candidates[..expected.len()].to_vec();
+        (input.attack.clone(), candidates, expected)
     };
     throws(baked, 5, 40).map(case).collect()
 }
 
-/// What one of the host's frames needs.
-struct Frame {
-    cmd: vk::CommandBuffer,
-    pool: vk::CommandPool,
-    fence: vk::Fence,
-    waiting: Option<(usize, Ticket, Ticket)>,
-}
-
-impl Frame {
-    /// # Safety
-    /// The context's device is valid.
-    unsafe fn new(context: &Context) -> Self {
-        let device = context.device();
-        // SAFETY: the caller vouches for the device.
-        unsafe {
-            let info =
-                vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
-            let pool = device.create_command_pool(&info, None).unwrap();
-            let info = vk::CommandBufferAllocateInfo::default()
-                .command_pool(pool)
-                .command_buffer_count(1);
-            Self {
-                cmd: device.allocate_command_buffers(&info).unwrap()[0],
-                pool,
-                fence: device.create_fence(&Default::default(), None).unwrap(),
-                waiting: None,
-            }
-        }
-    }
-}
-
 /// Asks `queries` times, half by the stencil path and half by the compute path, and holds each answer against the CPU. Returns the bytes of
 /// this process and the blocks of device memory after a tenth of the queries, and at the end.
-fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> [(f64, usize); 2] {
+fn soak(baked: &BakedGraph, queries: usize, desc: &HeadlessDesc) -> [(f64, usize); 2] {
     let mut device = Headless::new(desc).unwrap();
     let cases = cases(baked);
-    let [mut stencil, mut compute] = DEVICE_PATHS.map(|path| {
-        let mut desc = CullerDesc::new(path, baked.atlas());
-        desc.frames_in_flight = SLOTS as u32;
-        let made = device.make(|context, memory| Culler::new(context, memory, &desc));
-        made.unwrap()
-    });
-    let context = device.context().unwrap().clone();
-    // SAFETY: the device lives until the end; its only queue is used here alone.
-    let (queue, mut frames) = unsafe {
-        let queue = context.device().get_device_queue(context.queue_family(), 0);
-        (queue, [(); SLOTS].map(|()| Frame::new(&context)))
-    };
-    let held = |device: &mut Headless| {
-        let blocks = device.memory().unwrap().live_blocks();
-        (status("VmRSS:"), blocks)
-    };
-    let (mut early, mut answered) = ((0.0, 0), 0);
-    let (mut overlaps, rounds) = (Vec::new(), queries / 2);
-    for round in 0..rounds + SLOTS as u64 {
-        let slot = (round % SLOTS as u64) as usize;
-        let frame = &mut frames[slot];
-        // SAFETY: everything is of this device, and the frame's last commands have finished before they are reset.
+    let mut cullers = super::each_culler(&mut device, baked.atlas(), SLOTS as u32);
+    let (context, queue) = (device.context().unwrap().clone(), device.queue().unwrap());
+    let gpu = context.device();
+    let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
+    let slots = [(); SLOTS].map(|()| {
+        let buffer = vk::CommandBufferAllocateInfo::default().command_buffer_count(1);
+        // SAFETY: the device lives until the end.
         unsafe {
-            let gpu = context.device();
-            if let Some((case, by_stencil, by_compute)) = frame.waiting.take() {
-                if !stencil.poll(by_stencil, &mut overlaps).unwrap() {
-                    gpu.wait_for_fences(&[frame.fence], true, u64::MAX).unwrap();
-                    assert!(stencil.poll(by_stencil, &mut overlaps).unwrap());
+            let pool = gpu.create_command_pool(&pool, None).unwrap();
+            let fence = gpu.create_fence(&Default::default(), None).unwrap();
+            let buffers = gpu.allocate_command_buffers(&buffer.command_pool(pool));
+            (pool, buffers.unwrap()[0], fence)
+        }
+    });
+    let held = |device: &mut Headless| (status("VmRSS:"), device.memory().unwrap().live_blocks());
+    let (mut early, mut answered, mut overlaps) = ((0.0, 0), 0, Vec::new());
+    let mut waiting: [Option<(&Case, [Ticket; 2])>; SLOTS] = Default::default();
+    let rounds = queries / 2;
+    for round in 0..rounds + SLOTS {
+        let slot = round % SLOTS;
+        let (pool, cmd, fence) = slots[slot];
+        if let Some(((_, _, expected), tickets)) = waiting[slot].take() {
+            for ((path, culler), ticket) in cullers.iter_mut().zip(tickets) {
+                if !culler.poll(ticket, &mut overlaps).unwrap() {
+                    // SAFETY: as above.
+                    unsafe { gpu.wait_for_fences(&[fence], true, u64::MAX) }.unwrap();
+                    assert!(culler.poll(ticket, &mut overlaps).unwrap());
                 }
-                assert_eq!(overlaps, cases[case].expected, "stencil, round {round}");
-                gpu.wait_for_fences(&[frame.fence], true, u64::MAX).unwrap();
-                assert!(compute.poll(by_compute, &mut overlaps).unwrap());
-                assert_eq!(overlaps, cases[case].expected, "compute, round {round}");
-                gpu.reset_fences(&[frame.fence]).unwrap();
-                answered += 2;
+                assert_eq!(overlaps, *expected, "{path:?}, round {round}");
+                answered += 1;
             }
-            if round >= rounds {
-                continue;
+        }
+        if round == rounds / 10 {
+            early = held(&mut device);
+        }
+        if round >= rounds {
+            continue;
+        }
+        let case = &cases[round * 7 % cases.len()];
+        let input = CullInput {
+            atlas: baked.atlas(),
+            attack: &case.0,
+            candidates: &case.1,
+        };
+        let once = vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT;
+        let begin = vk::CommandBufferBeginInfo::default().flags(once);
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the slot's last commands have finished; the device's only queue is used here alone.
+        unsafe {
+            if round >= SLOTS {
+                gpu.wait_for_fences(&[fence], true, u64::MAX).unwrap();
+                gpu.reset_fences(&[fence]).unwrap();
+                let whole = vk::CommandPoolResetFlags::empty();
+                gpu.reset_command_pool(pool, whole).unwrap();
             }
-            if round == rounds / 10 {
-                early = held(&mut device);
-            }
-            let case = (round * 7 % cases.len() as u64) as usize;
-            let input = CullInput {
-                atlas: baked.atlas(),
-                attack: &cases[case].attack,
-                candidates: &cases[case].candidates,
-            };
-            gpu.reset_command_pool(frame.pool, vk::CommandPoolResetFlags::empty())
-                .unwrap();
-            let once = vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT;
-            let info = vk::CommandBufferBeginInfo::default().flags(once);
-            gpu.begin_command_buffer(frame.cmd, &info).unwrap();
-            let by_stencil = stencil.record(frame.cmd, slot as u32, &input).unwrap();
-            let by_compute = compute.record(frame.cmd, slot as u32, &input).unwrap();
-            gpu.end_command_buffer(frame.cmd).unwrap();
-            let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(frame.cmd)];
-            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-            gpu.queue_submit2(queue, &submit, frame.fence).unwrap();
-            frame.waiting = Some((case, by_stencil, by_compute));
+            gpu.begin_command_buffer(cmd, &begin).unwrap();
+            let record =
+                |(_, culler): &mut (_, Culler)| culler.record(cmd, slot as u32, &input).unwrap();
+            waiting[slot] = Some((case, cullers.each_mut().map(record)));
+            gpu.end_command_buffer(cmd).unwrap();
+            gpu.queue_submit2(queue, &submit, fence).unwrap();
         }
     }
     assert_eq!(answered, queries);
     let late = held(&mut device);
-    for frame in frames {
-        // SAFETY: the device has finished: every frame's results have been read.
-        unsafe {
-            context.device().destroy_fence(frame.fence, None);
-            context.device().destroy_command_pool(frame.pool, None);
+    // SAFETY: the device is done once it idles.
+    unsafe {
+        gpu.device_wait_idle().unwrap();
+        for (pool, _, fence) in slots {
+            gpu.destroy_fence(fence, None);
+            gpu.destroy_command_pool(pool, None);
         }
     }
-    stencil.destroy(device.memory().unwrap());
-    compute.destroy(device.memory().unwrap());
+    super::destroy(&mut device, cullers);
     finish(device);
     [early, late]
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use sabaki::anim::{Clip, Event, EventKind, Pose};
-use sabaki::graph::{self, GraphError, GraphSettings, blend_weight};
+use sabaki::graph::{self, GraphError, GraphSettings, LinkSettings, blend_weight};
 use sabaki_fixtures::clips::{
     evasion, first_frames, joints_of, small_skeleton, source, swinging_clip, twice,
 };
@@ -89,18 +89,27 @@ fn without_a_way_back_there_is_no_graph() {
 fn bad_settings_and_events_are_named() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 60, 0.0)];
-    type Change = fn(&mut GraphSettings);
-    let bad: [(&str, Change); 4] = [
-        ("threshold", |settings| settings.threshold = f32::NAN),
-        ("frame_rate", |settings| settings.frame_rate = 0.0),
-        ("window", |settings| settings.window = -1.0),
-        ("3 joint weights for 9 joints", |settings| {
-            settings.joint_weights = vec![1.0; 3];
+    type Change = fn(&mut GraphSettings, &mut LinkSettings);
+    let bad: [(&str, Change); 8] = [
+        ("threshold", |s, _| s.threshold = f32::NAN),
+        ("frame_rate", |s, _| s.frame_rate = 0.0),
+        ("window", |s, _| s.window = -1.0),
+        ("3 joint weights for 9 joints", |s, _| {
+            s.joint_weights = vec![1.0; 3];
+        }),
+        ("links.loosest", |_, links| links.loosest = f32::NAN),
+        ("links.most_per_second", |_, links| {
+            links.most_per_second = -1.0;
+        }),
+        ("links.goals.share", |_, links| links.goals[0].share = 1.5),
+        ("links.goals.seconds", |_, links| {
+            links.goals[0].seconds = f64::INFINITY;
         }),
     ];
     for (words, change) in bad {
-        let mut settings = GraphSettings::default();
-        change(&mut settings);
+        let (mut settings, mut links) = (GraphSettings::default(), LinkSettings::default());
+        change(&mut settings, &mut links);
+        settings.links = Some(links);
         let said = build(&clips, &[], &settings).unwrap_err().to_string();
         assert!(said.contains(words), "{said}");
     }

@@ -36,6 +36,14 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
     places(graph, &pose)
 }
 
+/// The places of a transition, so many times in each frame.
+fn played(graph: &MotionGraph, sample: Sample, edge: EdgeId, steps: u32) -> Vec<Vec<Vec3>> {
+    let frames = (0..=steps * graph.edge(edge).frames).map(|step| step as f32 / steps as f32);
+    frames
+        .map(|frame| places_at(graph, sample, edge, frame))
+        .collect()
+}
+
 #[test]
 fn a_walkers_plants_are_found_to_the_frame_or_two() {
     for (noise, off) in [(0.0, 1), (0.002, 2)] {
@@ -161,19 +169,15 @@ fn skated(graph: &MotionGraph, sample: Sample) -> f32 {
         .collect();
     let mut sum = 0.0;
     for id in transitions(graph).step_by(29) {
-        let at = |step: u32| places_at(graph, sample, id, step as f32 / 4.0);
-        let mut before = at(0);
-        for step in 1..=4 * graph.edge(id).frames {
-            let now = at(step);
+        for pair in played(graph, sample, id, 4).windows(2) {
             for foot in &points {
                 let way = foot.map(|(joint, ground)| {
-                    let (a, b) = (before[joint], now[joint]);
+                    let (a, b) = (pair[0][joint], pair[1][joint]);
                     let above = (0.5 * (a.y + b.y) - ground).max(0.0);
                     (b.x - a.x).hypot(b.z - a.z) * (2.0 - (above / NEAR).exp2()).max(0.0)
                 });
                 sum += way[0].min(way[1]);
             }
-            before = now;
         }
     }
     sum
@@ -212,14 +216,9 @@ fn both_ends_of_a_transition_are_the_clips_own(graph: &MotionGraph) {
 
 /// The furthest that any joint goes in a 120th of a second of a transition, metres.
 fn fastest(graph: &MotionGraph, sample: Sample, id: EdgeId) -> f32 {
-    let mut fastest: f32 = 0.0;
-    let mut before = places_at(graph, sample, id, 0.0);
-    for step in 1..=4 * graph.edge(id).frames {
-        let now = places_at(graph, sample, id, step as f32 / 4.0);
-        fastest = fastest.max(furthest(&before, &now));
-        before = now;
-    }
-    fastest
+    let played = played(graph, sample, id, 4);
+    let ways = played.windows(2).map(|pair| furthest(&pair[0], &pair[1]));
+    ways.fold(0.0, f32::max)
 }
 
 fn no_joint_jumps(graph: &MotionGraph) {
@@ -249,10 +248,7 @@ fn fastest_toe(graph: &MotionGraph, poses: &[Vec<Vec3>], rate: f32) -> f32 {
 fn speeds(graph: &MotionGraph, id: EdgeId) -> [f32; 2] {
     let (edge, rate) = (graph.edge(id), graph.frame_rate() as f32);
     let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-    let halves = (0..=2 * edge.frames).map(|half| half as f32 / 2.0);
-    let played: Vec<_> = halves
-        .map(|frame| places_at(graph, KEPT, id, frame))
-        .collect();
+    let played = played(graph, KEPT, id, 2);
     let clip = |clip, first: u32| {
         let pose = |frame: u32| {
             let mut pose = Pose::default();

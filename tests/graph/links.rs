@@ -250,26 +250,3 @@ fn what_is_wanted_bounds_what_is_made() {
     assert!(found.before < found.reached && found.reached < 1.0);
     assert!(all.links.loosest <= 0.35);
 }
-
-#[test]
-fn bad_settings_of_links_are_named() {
-    let clips = round_clips();
-    type Change = fn(&mut LinkSettings);
-    let bad: [(&str, Change); 4] = [
-        ("links.loosest", |links| links.loosest = f32::NAN),
-        ("links.most_per_second", |links| {
-            links.most_per_second = -1.0
-        }),
-        ("links.goals.share", |links| {
-            links.goals = vec![goal(1.0, 1, 1.5)]
-        }),
-        ("links.goals.seconds", |links| {
-            links.goals = vec![goal(f64::INFINITY, 1, 0.5)]
-        }),
-    ];
-    for (name, change) in bad {
-        let error = build(&clips, &[], &with(change)).unwrap_err();
-        let is_named = matches!(error, GraphError::Setting { name: found, .. } if found == name);
-        assert!(is_named, "{error}");
-    }
-}

@@ -72,7 +72,7 @@ fn check(grid: MapGrid) {
                 let outer = &maps.unwrap().outer;
                 // Wherever the centre of the attack's texel lies that the point is in.
                 let [u, v] = [point.x, point.z].map(|place| {
-                    let half = 0.5 * grid.for_attacks().texel;
+                    let half = 0.5 * grid.texel;
                     let aside = [-1.0, 1.0, 2.0 * share(&mut random) - 1.0][random.below(3)];
                     texel(place + half * aside)
                 });
@@ -102,7 +102,6 @@ fn inner_maps_lie_within_the_body_and_outer_maps_around_it() {
     check(MapGrid::default());
     check(MapGrid {
         texel: 0.01,
-        attack_pitch: 4,
         slab_height: 0.08,
         slices: 50,
         slice_seconds: 0.017,

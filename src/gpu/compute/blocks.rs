@@ -1,6 +1,4 @@
-//! The attack as blocks of 8 × 4 texels with one bit each, by plane and clock, in chunks that shaders read as uniform buffers. Texels
-//! have the size of those of the evasions' maps. If the attack's texels are larger, the first texel of each
-//! [pitch](crate::maps::MapGrid::attack_pitch) represents them.
+//! The attack as blocks of 8 × 4 texels with one bit each, by plane and clock, in chunks that shaders read as uniform buffers.
 
 use std::ops::Range;
 
@@ -76,7 +74,7 @@ impl Blocks {
     ) -> usize {
         self.planes.clear();
         self.blocks.clear();
-        self.shape = Shape::new(attack.rect, grid.attack_pitch);
+        self.shape = Shape::new(attack.rect);
         self.slices = grid.slices;
         self.slice.resize(self.shape);
         self.all.resize(self.shape);

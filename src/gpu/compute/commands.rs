@@ -28,9 +28,9 @@ pub(super) const BINDINGS: [vk::DescriptorType; 5] = [
 const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
 
 impl ComputePath {
-    /// Creates the descriptor sets of each slot, one for each page of the maps.
+    /// Creates the descriptor set of each slot.
     pub(super) fn make_sets(&mut self) -> Result<(), GpuError> {
-        let (context, pages) = (&self.context, &self.planes.pages);
+        let (context, sets, atlas) = (&self.context, &mut self.sets, &self.atlas.buffer);
         let Offsets { groups, chunks, .. } = self.capacity.offsets();
         let part = |buffer: &Buffer, offset: u64, range: u64| {
             vk::DescriptorBufferInfo::default()
@@ -38,22 +38,17 @@ impl ComputePath {
                 .offset(offset)
                 .range(range)
         };
-        let (sets, atlas) = (&mut self.sets, &self.atlas.buffer);
-        let mut free = sets
-            .allocate(context, self.slots.len() * pages.len())?
-            .into_iter();
-        for slot in &mut self.slots {
-            slot.sets = free.by_ref().take(pages.len()).collect();
-            for (&set, page) in slot.sets.iter().zip(pages) {
-                let buffers = [
-                    part(atlas, 4 * page.start as u64, 4 * page.len() as u64),
-                    part(&slot.input, chunks, (4 * CHUNK) as u64),
-                    part(&slot.input, 0, groups),
-                    part(&slot.input, groups, chunks - groups),
-                    part(&slot.counts.buffer, 0, vk::WHOLE_SIZE),
-                ];
-                sets.write(context, set, &buffers);
-            }
+        let free = sets.allocate(context, self.slots.len())?;
+        for (slot, set) in self.slots.iter_mut().zip(free) {
+            slot.set = set;
+            let buffers = [
+                part(atlas, 0, vk::WHOLE_SIZE),
+                part(&slot.input, chunks, (4 * CHUNK) as u64),
+                part(&slot.input, 0, groups),
+                part(&slot.input, groups, chunks - groups),
+                part(&slot.counts.buffer, 0, vk::WHOLE_SIZE),
+            ];
+            sets.write(context, set, &buffers);
         }
         Ok(())
     }
@@ -96,30 +91,22 @@ impl ComputePath {
         let point = vk::PipelineBindPoint::COMPUTE;
         let constants = gathered.constants();
         let layout = pipeline.layout;
+        let (chunks, set) = (gathered.blocks.chunks(), [slot.set]);
+        let groups = gathered.groups.len() as u32 / chunks.max(1);
         // SAFETY: the caller vouches for `cmd`; all handles are this path's, and no dispatch has more groups than the
         // device takes.
         unsafe {
             device.cmd_bind_pipeline(cmd, point, pipeline.handle);
-            for dispatch in &gathered.dispatches {
-                let chunk = [dispatch.chunk * (4 * CHUNK) as u32];
-                device.cmd_bind_descriptor_sets(
-                    cmd,
-                    point,
-                    layout,
-                    0,
-                    &[slot.sets[dispatch.page as usize]],
-                    &chunk,
-                );
-                for first in (0..dispatch.groups).step_by(self.capacity.groups as usize) {
-                    let constants = CountCandidates {
-                        first: dispatch.first + first,
-                        sums: dispatch.chunk * constants.parts,
-                        ..constants
-                    };
-                    pipeline.push(&self.context, cmd, &constants);
-                    let some = self.capacity.groups.min(dispatch.groups - first);
-                    device.cmd_dispatch(cmd, some, constants.parts, 1);
-                }
+            for chunk in 0..chunks {
+                let offset = [chunk * (4 * CHUNK) as u32];
+                device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &set, &offset);
+                let constants = CountCandidates {
+                    first: chunk * groups,
+                    sums: chunk * constants.parts,
+                    ..constants
+                };
+                pipeline.push(&self.context, cmd, &constants);
+                device.cmd_dispatch(cmd, groups, constants.parts, 1);
             }
         }
     }

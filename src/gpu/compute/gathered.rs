@@ -22,8 +22,6 @@ const GROUP: usize = 32;
 pub(super) struct Capacity {
     pub(super) candidates: u32,
     pub(super) blocks: u32,
-    /// Maximum number of work groups in one dispatch.
-    pub(super) groups: u32,
 }
 
 /// Offsets of the parts of a cull's input, in bytes.
@@ -74,25 +72,16 @@ impl Capacity {
     }
 }
 
-/// Groups of one chunk with maps on one page.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Dispatch {
-    pub(super) chunk: u32,
-    pub(super) page: u32,
-    pub(super) first: u32,
-    pub(super) groups: u32,
-}
-
 /// Input of one cull for the device. The memory is reused; after inputs of similar size nothing is allocated.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
-    /// Groups, by the page of their maps, then by clock.
+    /// Candidates, by clock.
     pub(super) candidates: Vec<PlaneCandidate>,
+    /// Groups of each chunk, as many for each, by clock.
     pub(super) groups: Vec<GroupRange>,
-    pub(super) dispatches: Vec<Dispatch>,
     pub(super) blocks: Blocks,
-    /// Page, clock and index of each candidate, sorted.
-    order: Vec<(u32, u32, u32)>,
+    /// Clock and index of each candidate, sorted.
+    order: Vec<(u32, u32)>,
     slices: u32,
     up_to_hits: bool,
 }
@@ -115,12 +104,11 @@ impl Gathered {
         self.slices = grid.slices;
         self.up_to_hits = counted.up_to_hits && grid.is_certain();
         let blocks = self.blocks.draw(input.attack, grid, counted) as u64;
-        within(
-            "ComputeSettings::max_blocks",
-            blocks,
-            capacity.blocks.into(),
-        )?;
-        self.sort(input.candidates, planes);
+        within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
+        self.order.clear();
+        let clocks = input.candidates.iter().map(|candidate| candidate.clock);
+        self.order.extend(clocks.zip(0..));
+        self.order.sort_unstable();
         self.place(input.candidates, planes)?;
         self.group();
         Ok(())
@@ -152,23 +140,12 @@ impl Gathered {
         self.blocks.chunks() * self.parts()
     }
 
-    fn sort(&mut self, candidates: &[CullCandidate], planes: &Planes) {
-        self.order.clear();
-        for (candidate, index) in candidates.iter().zip(0..) {
-            let page = planes.regions[candidate.region.index()].page;
-            self.order.push((page, candidate.clock, index));
-        }
-        self.order.sort_unstable();
-    }
-
     fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {
         self.candidates.clear();
-        for &(_, _, index) in &self.order {
+        for &(_, index) in &self.order {
             let candidate = &candidates[index as usize];
             let region = planes.regions[candidate.region.index()];
-            let turn = candidate
-                .transform
-                .with_narrow_texels(planes.grid.attack_pitch);
+            let turn = candidate.transform;
             blocks::check_turn(turn)?;
             self.candidates.push(PlaneCandidate {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
@@ -181,17 +158,14 @@ impl Gathered {
         Ok(())
     }
 
-    /// Groups the candidates of a page and clock for each chunk, also for chunks without planes of that clock, whose count is 0.
+    /// Groups the candidates of a clock for each chunk, also for chunks without planes of that clock, whose count is 0.
     fn group(&mut self) {
         self.groups.clear();
-        self.dispatches.clear();
         for chunk in 0..self.blocks.chunks() {
             let mut start = 0;
-            for alike in self.order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-                let (page, clock, _) = alike[0];
-                let first = self.groups.len() as u32;
+            for alike in self.order.chunk_by(|a, b| a.0 == b.0) {
                 let end = start + alike.len() as u32;
-                let planes = self.blocks.planes_of(chunk, clock);
+                let planes = self.blocks.planes_of(chunk, alike[0].0);
                 for some in (start..end).step_by(GROUP) {
                     self.groups.push(GroupRange {
                         first: some,
@@ -201,16 +175,6 @@ impl Gathered {
                     });
                 }
                 start = end;
-                let groups = self.groups.len() as u32 - first;
-                match self.dispatches.last_mut() {
-                    Some(last) if (last.chunk, last.page) == (chunk, page) => last.groups += groups,
-                    _ => self.dispatches.push(Dispatch {
-                        chunk,
-                        page,
-                        first,
-                        groups,
-                    }),
-                }
             }
         }
     }

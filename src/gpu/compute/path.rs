@@ -8,7 +8,7 @@ use ash::vk;
 use super::{
     commands::BINDINGS,
     gathered::{Capacity, Gathered},
-    planes::{PageLimit, Planes},
+    planes::Planes,
     slot::Slot,
 };
 use crate::math::parallel::both;
@@ -19,6 +19,7 @@ use crate::{
         counts::Counts,
         descriptors::DescriptorSets,
         device_path::{self, DevicePath},
+        error::within,
         pipelines::{COUNT, Pipeline},
         resources::DeviceMemory,
         shader_table::COUNTS,
@@ -49,7 +50,10 @@ impl ComputePath {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         context.runs(CullPath::Compute)?;
-        let capacity = Self::capacity(context, desc);
+        // A group has at least one candidate.
+        let most_groups = context.limits().max_compute_work_group_count[0];
+        let (most, groups) = (desc.max_candidates.into(), most_groups.into());
+        within("maxComputeWorkGroupCount", most, groups)?;
         let mut path = Self {
             context: context.clone(),
             pipeline: Pipeline::default(),
@@ -57,7 +61,7 @@ impl ComputePath {
             slots: Vec::new(),
             sets: DescriptorSets::default(),
             gathered: vec![Gathered::default()],
-            capacity,
+            capacity: Self::capacity(desc),
             planes: Planes::default(),
         };
         match path.fill(memory, desc) {
@@ -73,52 +77,31 @@ impl ComputePath {
         }
     }
 
-    /// The maps, in pages of at most the size that a device can bind.
-    fn planes(context: &Context, desc: &CullerDesc<'_>) -> Result<Planes, GpuError> {
-        let most = u64::from(context.limits().max_storage_buffer_range);
-        let wanted = desc.compute.max_page;
-        let page = match wanted < most {
-            true => PageLimit {
-                name: "ComputeSettings::max_page",
-                bytes: wanted,
-            },
-            false => PageLimit {
-                name: "maxStorageBufferRange",
-                bytes: most,
-            },
-        };
-        Planes::new(desc.atlas, page)
-    }
-
-    /// Capacity of a description, limited to that of the device.
-    fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
-        let most_groups = context.limits().max_compute_work_group_count[0];
+    fn capacity(desc: &CullerDesc<'_>) -> Capacity {
         Capacity {
             candidates: desc.max_candidates,
-            blocks: desc.compute.max_blocks,
-            groups: desc.compute.max_groups.clamp(1, most_groups),
+            blocks: desc.max_blocks,
         }
     }
 
     /// Memory of a culler of this description with the staging buffer of the maps, in bytes.
-    pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
-        let maps = 8 * Self::planes(context, desc)?.words as u64;
+    pub(in crate::gpu) fn bytes(desc: &CullerDesc<'_>) -> u64 {
+        let maps = 8 * Planes::new(desc.atlas).words as u64;
         let slots = u64::from(desc.frames_in_flight.max(1));
-        let capacity = Self::capacity(context, desc);
-        Ok(maps + slots * Slot::bytes(&capacity))
+        maps + slots * Slot::bytes(&Self::capacity(desc))
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         let (context, name) = (&self.context, desc.name);
-        self.planes = Self::planes(context, desc)?;
+        self.planes = Planes::new(desc.atlas);
         let stages = vk::ShaderStageFlags::COMPUTE;
         let bindings = BINDINGS.map(|kind| (kind, stages));
         self.sets.make_layout(context, &bindings)?;
         let (planes, sets, cache) = (&self.planes, [self.sets.layout], desc.pipeline_cache);
-        let (constants, pipeline) = ([desc.atlas.grid().attack_pitch], &mut self.pipeline);
+        let pipeline = &mut self.pipeline;
         // The planes are drawn on other threads while the driver compiles.
         let write = |out: &mut [u32]| {
-            let make = || Pipeline::new(context, &COUNT, &sets, &constants, cache);
+            let make = || Pipeline::new(context, &COUNT, &sets, cache);
             let (_, made) = both(|| planes.write(desc.atlas, out), make);
             *pipeline = made?;
             Ok(())

@@ -16,27 +16,17 @@ const TEXELS: usize = COLUMNS * ROWS;
 /// The size of all planes of an attack.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Shape {
-    /// Size of the plane, in texels of the evasions' maps.
+    /// Size of the plane, in texels.
     width: usize,
     height: usize,
-    /// log2 of the attack's pitch, in texels.
-    shift: u32,
-    /// Bits of the texels of a block that represent the attack's texels.
-    every: u32,
 }
 
 impl Shape {
-    /// Shape of the planes of a rectangle with a pitch of 1, 2 or 4 texels.
-    pub(super) fn new(rect: MapRect, pitch: u32) -> Self {
+    /// Shape of the planes of a rectangle.
+    pub(super) fn new(rect: MapRect) -> Self {
         Self {
-            width: (rect.width * pitch) as usize,
-            height: (rect.height * pitch) as usize,
-            shift: pitch.trailing_zeros(),
-            every: match pitch {
-                1 => u32::MAX,
-                2 => 0x0055_0055,
-                _ => 0x0000_0011,
-            },
+            width: rect.width as usize,
+            height: rect.height as usize,
         }
     }
 
@@ -48,23 +38,22 @@ impl Shape {
         self.height.div_ceil(ROWS)
     }
 
-    /// Bits of the texels of a block that lie in the rectangle and represent the attack's texels.
+    /// Bits of the texels of a block that lie in the rectangle.
     #[inline(always)]
     fn within(self, [column, row]: [usize; 2]) -> u32 {
         let columns = (self.width - column * COLUMNS).min(COLUMNS);
         let rows = (self.height - row * ROWS).min(ROWS);
         let row = (0xff >> (COLUMNS - columns)) * 0x0101_0101;
-        self.every & row & (u32::MAX >> (TEXELS - rows * COLUMNS))
+        row & (u32::MAX >> (TEXELS - rows * COLUMNS))
     }
 
     /// Bits of the texels of a block that a disc covers. `x` and `z` are the vector from the disc's centre to the block's first corner.
     #[inline(always)]
-    fn covered(self, [x, z]: [i32; 2], radius: i32) -> u32 {
+    fn covered([x, z]: [i32; 2], radius: i32) -> u32 {
         let half = SUB_TEXELS / 2;
         let mut covered = 0;
         for k in 0..TEXELS {
-            let [u, v] =
-                [k % COLUMNS, k / COLUMNS].map(|texel| (texel as i32 * SUB_TEXELS) >> self.shift);
+            let [u, v] = [k % COLUMNS, k / COLUMNS].map(|texel| texel as i32 * SUB_TEXELS);
             let (dx, dz) = (x + u + half, z + v + half);
             covered |= u32::from(dx * dx <= radius * radius - dz * dz) << k;
         }
@@ -98,8 +87,7 @@ impl PlaneBits {
                 radius: one.disc.radius.min(Disc::MAX_RADIUS),
                 ..one.disc
             };
-            let [width, height] =
-                [COLUMNS, ROWS].map(|side| (side as i32 * SUB_TEXELS) >> shape.shift);
+            let [width, height] = [COLUMNS, ROWS].map(|side| side as i32 * SUB_TEXELS);
             let blocks = |side, count| BlockAxis { side, count };
             let columns = blocks(width, shape.columns()).near(disc.x, disc.radius);
             let rows = blocks(height, shape.rows()).near(disc.z, disc.radius);
@@ -111,7 +99,7 @@ impl PlaneBits {
                 let z = row as i32 * height - disc.z;
                 for (column, word) in columns.clone().zip(words) {
                     let x = column as i32 * width - disc.x;
-                    *word |= shape.covered([x, z], disc.radius);
+                    *word |= Shape::covered([x, z], disc.radius);
                 }
             }
             self.rows = around(&self.rows, &rows);

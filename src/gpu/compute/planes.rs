@@ -4,12 +4,9 @@
 //! rotation of a block of 8 × 4 texels of the attack, its texels lie in five consecutive words of one strip. This minimises the number of
 //! reads, which dominate the cost.
 
-use std::ops::Range;
-
 use super::blocks::SPAN;
 use crate::math::parallel::each;
 use crate::{
-    gpu::{GpuError, error::within},
     maps::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
     math::in_parallel,
 };
@@ -20,15 +17,10 @@ const STRIDE: u32 = 8;
 /// Number of words of an entry: index of its first word, its first texel, and the number of positions of a window's first texel.
 const ENTRY: usize = 3;
 
-/// Alignment of pages, in words: 256 bytes, the largest alignment that a device may require.
-const ALIGNMENT: usize = 64;
-
 /// Position of a region's planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlaneRegion {
-    /// Index in [`Planes::pages`].
-    pub(super) page: u32,
-    /// Index of the region's first entry among the words of the page. Order of the entries: `[slab][slices of body, slices of outer, evasion]`.
+    /// Index of the region's first entry among the words. Order of the entries: `[slab][slices of body, slices of outer, evasion]`.
     pub(super) entries: u32,
     pub(super) first_slab: i32,
     pub(super) slabs: u32,
@@ -42,16 +34,7 @@ pub(super) struct Planes {
     pub(super) regions: Vec<PlaneRegion>,
     /// Planes of each region, until they have been written.
     layouts: Vec<RegionLayout>,
-    /// Ranges of words that are bound one at a time. Each holds whole regions and is no larger than a device can read from one buffer.
-    pub(super) pages: Vec<Range<usize>>,
     pub(super) grid: MapGrid,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PageLimit {
-    /// Name of the setting or the device limit that sets the maximum, for errors.
-    pub(super) name: &'static str,
-    pub(super) bytes: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -77,52 +60,34 @@ struct RegionLayout {
 }
 
 impl Planes {
-    /// Lays out the planes of an atlas. Fails if the words of one region exceed a page.
-    pub(super) fn new(atlas: &RegionAtlas, limit: PageLimit) -> Result<Self, GpuError> {
+    /// Lays out the planes of an atlas.
+    pub(super) fn new(atlas: &RegionAtlas) -> Self {
         let (grid, regions) = (atlas.grid(), atlas.regions());
         let layouts = in_parallel(0, regions.len(), |region| {
             RegionLayout::new(&regions[region], grid.slices)
         });
-        let mut planes = Self {
-            regions: Vec::with_capacity(regions.len()),
-            grid,
-            ..Self::default()
+        let mut words = 0;
+        let place = |(region, layout): (&RegionMaps, &RegionLayout)| {
+            let entries = words as u32;
+            words += layout.words;
+            PlaneRegion {
+                entries,
+                first_slab: region.first_slab.0,
+                slabs: region.slabs.len() as u32,
+            }
         };
-        for (region, layout) in regions.iter().zip(&layouts) {
-            within(limit.name, 4 * layout.words as u64, limit.bytes)?;
-            planes.add(region, layout.words, limit.bytes);
+        Self {
+            regions: regions.iter().zip(&layouts).map(place).collect(),
+            words,
+            layouts,
+            grid,
         }
-        planes.layouts = layouts;
-        Ok(planes)
-    }
-
-    /// Puts a region's words on the last page, or on a new page if they do not fit.
-    fn add(&mut self, region: &RegionMaps, words: usize, most: u64) {
-        let end = self.words + words;
-        let fits = |page: &Range<usize>| 4 * (end - page.start) as u64 <= most;
-        if !self.pages.last().is_some_and(fits) {
-            self.words = self.words.next_multiple_of(ALIGNMENT);
-            self.pages.push(self.words..self.words);
-        }
-        let page = self.pages.len() - 1;
-        self.regions.push(PlaneRegion {
-            page: page as u32,
-            entries: (self.words - self.pages[page].start) as u32,
-            first_slab: region.first_slab.0,
-            slabs: region.slabs.len() as u32,
-        });
-        self.words += words;
-        self.pages[page].end = self.words;
     }
 
     /// Draws the planes. `atlas` is the atlas that they were laid out for. Call it before [`Planes::forget_layouts`].
     pub(super) fn write(&self, atlas: &RegionAtlas, mut out: &mut [u32]) {
-        let mut written = 0;
         let parts = self.layouts.iter().zip(&self.regions).zip(atlas.regions());
         let parts = parts.map_while(|((layout, place), region)| {
-            let first = self.pages[place.page as usize].start + place.entries as usize;
-            out.split_off_mut(..first - written)?.fill(0);
-            written = first + layout.words;
             let to = out.split_off_mut(..layout.words)?;
             Some((to, (layout, place, region)))
         });
@@ -177,7 +142,7 @@ impl RegionLayout {
         self.planes.push(plane);
     }
 
-    /// Draws all planes of the region, whose first entry is word `first` of a page.
+    /// Draws all planes of the region, whose first entry is word `first`.
     fn draw(&self, region: &RegionMaps, first: u32, words: &mut Vec<u32>) {
         words.clear();
         words.resize(self.words, 0);

@@ -9,7 +9,7 @@ use crate::gpu::{
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
-/// Buffers and descriptor sets of one cull in flight. Default: null handles.
+/// Buffers and descriptor set of one cull in flight. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
     /// Input that the host writes: candidates, groups of candidates, and the attack.
@@ -22,8 +22,7 @@ pub(super) struct Slot {
     pub(super) sums: u32,
     /// Number of candidates of the cull that was recorded last.
     pub(super) candidates: u32,
-    /// Descriptor set of each page of the maps.
-    pub(super) sets: Vec<vk::DescriptorSet>,
+    pub(super) set: vk::DescriptorSet,
 }
 
 impl Slot {
@@ -92,7 +91,7 @@ impl Slot {
         unsafe { device.cmd_copy_buffer(cmd, self.upload.handle, self.input.handle, &copies) };
     }
 
-    /// Frees the buffers. The device must no longer use them. The descriptor sets are freed with their pool.
+    /// Frees the buffers. The device must no longer use them. The descriptor set is freed with its pool.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.counts.destroy(context, memory);
         self.input.destroy(context, memory);

@@ -86,8 +86,6 @@ impl Maps {
         atlas: &RegionAtlas,
     ) -> Result<(), GpuError> {
         let count = word_count(atlas)?;
-        let most = device.context.limits().max_storage_buffer_range;
-        within("maxStorageBufferRange", 4 * count as u64, most.into())?;
         let mut first = 0;
         self.regions = Vec::with_capacity(atlas.regions().len());
         for RegionMaps {

@@ -96,7 +96,7 @@ impl StencilPath {
         self.screen
             .fill(&mut device, name, SIDE, desc.pipeline_cache)?;
         let (sets, cache) = ([self.maps.sets.layout], desc.pipeline_cache);
-        self.candidates = Pipeline::new(context, &CANDIDATES, &sets, &[], cache)?;
+        self.candidates = Pipeline::new(context, &CANDIDATES, &sets, cache)?;
         let info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::OCCLUSION)
             .query_count(MOST_QUERIES);

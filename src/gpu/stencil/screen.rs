@@ -154,8 +154,8 @@ impl Screen {
         side: u32,
         cache: vk::PipelineCache,
     ) -> Result<(), GpuError> {
-        self.discs = Pipeline::new(device.context, &DISCS, &[], &[], cache)?;
-        self.rects = Pipeline::new(device.context, &RECTS, &[], &[], cache)?;
+        self.discs = Pipeline::new(device.context, &DISCS, &[], cache)?;
+        self.rects = Pipeline::new(device.context, &RECTS, &[], cache)?;
         use vk::ImageUsageFlags as Usage;
         let format = device.context.stencil_format();
         self.target = device.image(&ImageDesc {

@@ -272,7 +272,7 @@ fn choose(
     let goals = &settings.goals;
     let mut before = Vec::new();
     let mut progress = GoalProgress::new(search, settings, &evasions, &candidates);
-    for round in 0..ROUNDS {
+    for _ in 0..ROUNDS {
         let Some(progress) = &mut progress else {
             break;
         };
@@ -281,17 +281,10 @@ fn choose(
         }
         let links = search.links.len();
         for goal in 0..goals.len() {
-            // Most links are taken in the first round.
-            if round == 0 {
-                progress.forget_waits_beyond(goal);
-            }
             progress.take_for(goal, search)?;
         }
         if search.links.len() == links {
             break;
-        }
-        if round == 0 {
-            progress.find_waits(search);
         }
         progress.count(search);
     }
@@ -322,8 +315,6 @@ struct GoalProgress {
     /// Indices of the offers that were not taken.
     left: Vec<u32>,
     waits: Waits,
-    /// Moments at which the evasions start.
-    starts: Vec<Vec<u32>>,
     /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
     all: usize,
@@ -375,32 +366,22 @@ impl GoalProgress {
         };
         let offers: Vec<Offer> = candidates.iter().filter_map(offer).collect();
         let start = |&event: &usize| vec![moments.ends(&space.events[event])[0]];
+        let starts: Vec<Vec<u32>> = evasions.iter().map(start).collect();
         let seconds: f64 = space.input.clips.iter().map(Clip::duration).sum();
         let mut progress = Self {
             left: (0..offers.len() as u32).collect(),
             offers,
             waits: Waits::new(moments, &search.jumps, horizon),
-            starts: evasions.iter().map(start).collect(),
             all: 0,
             least_gain: ((LEAST_GAIN * frame_rate).round() as usize).max(1),
             most: (seconds * settings.most_per_second) as usize,
             counted: counted(search)?,
             goals,
         };
-        progress.find_waits(search);
+        let threads = space.input.settings.threads;
+        progress.waits.set_goals(&starts, threads);
         progress.count(search);
         Some(progress)
-    }
-
-    fn find_waits(&mut self, search: &LinkSearch<'_>) {
-        let threads = search.candidates.space.input.settings.threads;
-        self.waits.set_goals(&self.starts, threads);
-    }
-
-    /// Keeps only those waits up to date that matter to a goal or to a later one.
-    fn forget_waits_beyond(&mut self, goal: usize) {
-        let limits = self.goals[goal..].iter().map(|goal| goal.limit);
-        self.waits.forget_beyond(limits.max().unwrap_or(0));
     }
 
     /// Counts anew after links have been added. The waits are known.

@@ -13,7 +13,6 @@ use crate::graph::build::candidates::{
     Candidate, EventMargin, LinkSpace, MOST, Side, keep_closest,
 };
 use crate::graph::search::diagonal::Diagonals;
-use crate::graph::search::distance::DistanceMap;
 use crate::graph::search::features::{Features, NearSearch, WindowCell};
 use crate::graph::search::projection::Projection;
 use crate::graph::search::windows::Windows;
@@ -21,7 +20,6 @@ use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::{Isa, in_parallel};
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
-use std::sync::OnceLock;
 
 pub(crate) struct Candidates<'a> {
     pub(crate) space: LinkSpace<'a>,
@@ -105,32 +103,15 @@ impl<'a> Candidates<'a> {
         self.make_windows(margins.iter().flatten());
         let this = &*self;
         let input = this.space.input;
-        let (watch, threads) = (input.watch, input.settings.threads);
-        let clips = input.clouds.len();
-        let mut found = vec![Vec::new(); margins.len()];
-        let of_length =
-            |(margin, index): (&Option<EventMargin>, usize)| Some((margin.as_ref()?.window, index));
-        let mut by_length: Vec<(usize, usize)> =
-            margins.iter().zip(0..).filter_map(of_length).collect();
-        by_length.sort();
-        for own in by_length.chunk_by(|a, b| a.0 == b.0) {
-            let windows = &this.windows[&own[0].0];
-            in_parallel(threads, clips, |clip| {
-                windows.features(clip);
-            });
-            let parts: Vec<&[(usize, usize)]> = own.chunks(TOGETHER).collect();
-            let stage = watch.stage(BakeStage::Joins, threads);
-            let of_parts = stage.in_parallel(parts.len(), |part| {
-                let margins = parts[part].iter().filter_map(|&(_, i)| margins[i].as_ref());
-                let ranges = margins.map(|margin| RangeSearch::new(this, margin, Some(allowed)));
-                closest_of_ranges(ranges.collect(), clips, most)
-            });
-            watch.check()?;
-            for (&(_, index), links) in own.iter().zip(of_parts.into_iter().flatten()) {
-                found[index] = links;
-            }
-        }
-        Ok(found)
+        let parts: Vec<&[Option<EventMargin>]> = margins.chunks(TOGETHER).collect();
+        let stage = input.watch.stage(BakeStage::Joins, input.settings.threads);
+        let found = stage.in_parallel(parts.len(), |part| {
+            let range = |margin| RangeSearch::new(this, margin, Some(allowed));
+            let ranges = parts[part].iter().map(|it| it.as_ref().map(range));
+            closest_of_ranges(ranges.collect(), input.clouds.len(), most)
+        });
+        input.watch.check()?;
+        Ok(found.into_iter().flatten().collect())
     }
 }
 
@@ -140,9 +121,6 @@ fn closest_of_parts(
     space: &LinkSpace<'_>,
     clip: usize,
 ) -> Vec<Vec<Candidate>> {
-    /// Share of the loosest distance. Below it, bounds exclude most window pairs. Above it, all distances are computed, which is faster while
-    /// most windows are near enough.
-    const BOUNDED: f32 = 0.6;
     let (frames, loosest) = (space.input.clouds[clip].frames(), space.lengths.loosest);
     let mut parts: Vec<Vec<Candidate>> = vec![Vec::new(); frames.div_ceil(space.lengths.spread)];
     let mut scratch = Scratch::default();
@@ -153,10 +131,7 @@ fn closest_of_parts(
             _ => loosest,
         });
         let limit = furthest.fold(0.0, f32::max);
-        let found = match limit < BOUNDED * loosest {
-            true => range.near(clip, limit, &mut scratch),
-            false => range.all(clip),
-        };
+        let found = range.near(clip, limit, &mut scratch);
         for (part, found) in parts.iter_mut().zip(found) {
             if let Some(found) = found {
                 part.push(found);
@@ -167,10 +142,10 @@ fn closest_of_parts(
     parts
 }
 
-/// The closest links of each range, at most `most`. All ranges are compared with one clip before the next, so that its windows stay in the
-/// cache.
+/// The closest links of each range, at most `most`, and none where there is no range. All ranges are compared with one clip before the next, so
+/// that its windows stay in the cache.
 fn closest_of_ranges(
-    ranges: Vec<RangeSearch<'_>>,
+    ranges: Vec<Option<RangeSearch<'_>>>,
     clips: usize,
     most: usize,
 ) -> Vec<Vec<Candidate>> {
@@ -178,6 +153,7 @@ fn closest_of_ranges(
     let mut scratch = Scratch::default();
     for clip in 0..clips {
         for (range, found) in ranges.iter().zip(&mut all) {
+            let Some(range) = range else { continue };
             let limit = match found.last() {
                 Some(last) if found.len() == most => last.cost,
                 _ => range.space.lengths.loosest,
@@ -209,8 +185,8 @@ struct ClipWindows<'a> {
     /// The projection of all windows, and the distance for which their balls are made, in metres.
     projection: Projection,
     least: f32,
-    /// The projected windows of each clip, computed when the clip is first searched.
-    features: Vec<OnceLock<Features>>,
+    /// The projected windows of each clip.
+    features: Vec<Features>,
 }
 
 impl<'a> ClipWindows<'a> {
@@ -227,17 +203,17 @@ impl<'a> ClipWindows<'a> {
         };
         let step = clips.div_ceil(SAMPLES).max(1);
         let samples: Vec<&Windows> = windows.iter().step_by(step).collect();
+        let projection = Projection::new(&samples);
+        let least = lengths.threshold.min(lengths.loosest);
+        let features = in_parallel(input.settings.threads, clips, |clip| {
+            Features::new(&projection, &windows[clip], least)
+        });
         Self {
-            projection: Projection::new(&samples),
-            least: lengths.threshold.min(lengths.loosest),
-            features: (0..clips).map(|_| OnceLock::new()).collect(),
             windows,
+            projection,
+            least,
+            features,
         }
-    }
-
-    fn features(&self, clip: usize) -> &Features {
-        let made = || Features::new(&self.projection, &self.windows[clip], self.least);
-        self.features[clip].get_or_init(made)
     }
 }
 
@@ -279,7 +255,7 @@ impl<'a> RangeSearch<'a> {
     fn near(&self, clip: usize, limit: f32, scratch: &mut Scratch) -> Vec<Option<Candidate>> {
         let (own, windows) = (&self.margin.windows, &self.windows.windows[clip]);
         let search = NearSearch {
-            features: [&self.features, self.windows.features(clip)],
+            features: [&self.features, &self.windows.features[clip]],
             limit: limit * limit,
             // A small addition covers rounding.
             beyond: (limit - self.windows.least).max(0.0) + 1e-5 * limit,
@@ -306,19 +282,6 @@ impl<'a> RangeSearch<'a> {
         for &(cell, square) in &*squares {
             self.take(clip, cell, square, &mut best);
         }
-        best
-    }
-
-    /// The closest link to each part of a clip, from the distances of all windows.
-    fn all(&self, clip: usize) -> Vec<Option<Candidate>> {
-        let mut best = self.no_links(clip);
-        let windows = &self.windows.windows[clip];
-        DistanceMap::new(&self.margin.windows, windows).for_each_row(|row, squares| {
-            for (column, &square) in (0..).zip(squares) {
-                let row = row as u32;
-                self.take(clip, WindowCell { row, column }, square, &mut best);
-            }
-        });
         best
     }
 
@@ -364,6 +327,7 @@ mod tests {
     use super::*;
     use crate::anim::Clip;
     use crate::graph::build::input::GraphBuilder;
+    use crate::graph::search::diagonal::DistanceMap;
     use crate::graph::search::transition::Transition;
     use crate::graph::settings::{ClipSource, GraphSettings, LinkSettings};
     use sabaki_fixtures::clips::{evasion, small_skeleton, swinging_clip};
@@ -398,6 +362,19 @@ mod tests {
         test(Candidates::new(space));
     }
 
+    /// The closest link to each part of a clip, from the distances of all windows.
+    fn of_all_windows(range: &RangeSearch<'_>, clip: usize) -> Vec<Option<Candidate>> {
+        let mut best = range.no_links(clip);
+        let windows = &range.windows.windows[clip];
+        DistanceMap::new(&range.margin.windows, windows).for_each_row(|row, squares| {
+            for (column, &square) in (0..).zip(squares) {
+                let row = row as u32;
+                range.take(clip, WindowCell { row, column }, square, &mut best);
+            }
+        });
+        best
+    }
+
     fn key(it: &Candidate) -> (Transition, usize, u32) {
         (it.link, it.event, it.cost.to_bits())
     }
@@ -420,7 +397,7 @@ mod tests {
                 let found = closest_of_parts(&ranges, &candidates.space, clip);
                 let mut expected = vec![Vec::new(); found.len()];
                 for range in &ranges {
-                    for (part, found) in expected.iter_mut().zip(range.all(clip)) {
+                    for (part, found) in expected.iter_mut().zip(of_all_windows(range, clip)) {
                         part.extend(found);
                     }
                 }
@@ -452,7 +429,7 @@ mod tests {
                 candidates.make_windows(margins.iter().flatten());
                 let mut naive = |margin: &EventMargin| {
                     let range = RangeSearch::new(&candidates, margin, Some(&allowed));
-                    let of_clips = (0..clips).map(|clip| range.all(clip));
+                    let of_clips = (0..clips).map(|clip| of_all_windows(&range, clip));
                     let mut expected: Vec<Candidate> = of_clips.flatten().flatten().collect();
                     expected.sort_by(|a, b| a.cost.total_cmp(&b.cost));
                     lengths.insert(margin.window);

@@ -21,23 +21,20 @@ pub struct BuildReport {
     /// Number of transitions under the threshold, before pruning.
     pub transitions: usize,
     /// Number of transitions that were left out because a foot moves too fast in them or the body pushes too hard.
-    #[serde(default, rename = "darting")]
+    #[serde(rename = "darting")]
     pub impossible: usize,
     /// Number of window pairs that were compared.
     pub window_pairs: u64,
     /// Number of window pairs whose distance was computed in this process. Lower bounds show that the others are above the
     /// threshold. It is 0 if the transitions come from shards.
-    #[serde(default)]
     pub distances: u64,
     /// Statistics of the links that were added for events.
     pub links: LinkReport,
     /// Clips that nothing near leads to or from, and loops, as they were joined.
-    #[serde(default)]
     pub joined: Vec<JoinedClip>,
     /// Clips that are not joined because their closest links are farther than [`GraphSettings::farthest_join`], or that have none.
     ///
     /// [`GraphSettings::farthest_join`]: crate::graph::GraphSettings::farthest_join
-    #[serde(default)]
     pub islands: Vec<JoinedClip>,
     /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s, and how many different ones.
     pub responsiveness: Vec<Responsiveness>,
@@ -86,7 +83,6 @@ pub struct Dropped {
     /// Duration of the dropped parts of clips, in seconds.
     pub seconds: f64,
     /// Parts of kept clips, the longest first.
-    #[serde(default)]
     pub parts: Vec<DroppedPart>,
     /// Dropped evasions by clip and seconds, for example `"duck.bvh 0.77-1.77"`.
     pub evasions: Vec<String>,
@@ -159,7 +155,7 @@ pub struct LinkReport {
     /// Number of links.
     pub links: usize,
     /// Number of links that were not added because a foot moves too fast in them or the body pushes too hard.
-    #[serde(default, rename = "darting")]
+    #[serde(rename = "darting")]
     pub impossible: usize,
     /// Number of links that keep an event in the graph.
     pub joins: usize,

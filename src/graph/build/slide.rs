@@ -13,14 +13,14 @@ use crate::graph::play::sample::Sides;
 use crate::graph::search::transition::blend_weight;
 use crate::math::in_parallel;
 use glam::{Quat, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Height above the clips' foot at which a foot does not count as sliding, in metres per metre of
 /// leg length. Below it, the weight falls linearly. It is 2.5 cm for a person (Zhang et al.).
 const LIFTED: f32 = 0.03;
 
 /// Slide of planted feet in a graph's transitions, each played once, and in its clips.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FootSlide {
     /// Number of measured transitions, evenly sampled from all.
     pub transitions: usize,

@@ -18,8 +18,6 @@ pub(crate) fn whole_frames(seconds: f64, frame_rate: f64) -> u32 {
 pub(crate) struct Waits {
     /// Maximum wait that is computed, in frames.
     horizon: u32,
-    /// Maximum wait that [`Waits::add_jump`] keeps up to date, in frames.
-    near: u32,
     /// For each moment, whether it follows another moment of its clip.
     follows: Vec<bool>,
     /// For each moment, the jumps that end there.
@@ -57,7 +55,6 @@ impl Waits {
         let horizon = horizon.min(u32::from(u16::MAX) - 1);
         Self {
             horizon,
-            near: horizon,
             follows,
             into,
             evasions: 0,
@@ -93,15 +90,8 @@ impl Waits {
         })
     }
 
-    /// From now on, [`Waits::add_jump`] keeps only waits of up to `frames` up to date. Longer ones may be shorter than the table says, until
-    /// [`Waits::set_goals`].
-    pub(crate) fn forget_beyond(&mut self, frames: u32) {
-        self.near = self.near.min(frames);
-    }
-
     /// Sets the evasions by the moments at which they start, and computes all waits. Evasions of one list are not told apart.
     pub(crate) fn set_goals(&mut self, starts: &[Vec<u32>], threads: usize) {
-        self.near = self.horizon;
         self.evasions = starts.len();
         let groups: Vec<_> = starts.chunks(GROUP).collect();
         self.groups = in_parallel(threads, groups.len(), |group| {
@@ -122,7 +112,7 @@ impl Waits {
         self.into[jump.to as usize].push(jump);
         for evasion in 0..self.evasions {
             let frames = self.wait(evasion, jump.to).saturating_add(jump.frames);
-            if frames <= self.near && frames < self.wait(evasion, jump.from) {
+            if frames <= self.horizon && frames < self.wait(evasion, jump.from) {
                 self.open.push(Reverse((frames, jump.from)));
                 self.lower(evasion, &mut lowered);
             }
@@ -133,7 +123,7 @@ impl Waits {
     /// that a jump lowers further is lowered again later.
     fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
         while let Some(Reverse((least, last))) = self.open.pop() {
-            for (moment, new) in (0..=last).rev().zip(least..=self.near) {
+            for (moment, new) in (0..=last).rev().zip(least..=self.horizon) {
                 let old = self.wait(evasion, moment);
                 if new >= old {
                     break;
@@ -141,7 +131,7 @@ impl Waits {
                 let index = self.index(evasion, moment);
                 self.groups[evasion / GROUP][index] = new as u16;
                 for jump in &self.into[moment as usize] {
-                    if new + jump.frames <= self.near {
+                    if new + jump.frames <= self.horizon {
                         self.open.push(Reverse((new + jump.frames, jump.from)));
                     }
                 }

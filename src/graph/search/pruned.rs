@@ -54,12 +54,8 @@ pub struct SearchScratch {
     diagonals: Diagonals,
     /// Pairs of the strip that may be near, in the order in which they are found.
     near: Vec<WindowCell>,
-    /// Computed pairs of the last two rows and of the strip.
-    cells: Vec<WindowCell>,
-    /// Squared distances of two rows, of the strip's rows and of one more; infinite where they were not computed.
+    /// Squared distances of the strip's rows and of those beside it; infinite where they were not computed.
     squared: Vec<f32>,
-    /// Distances of the rows that are carried to the next strip.
-    carried: Vec<f32>,
     found: Vec<Minimum>,
 }
 
@@ -179,9 +175,7 @@ impl<'a> PrunedSearch<'a> {
     ) -> Result<BandMinima, GraphError> {
         let (a, b) = (self.windows[band.a], self.windows[band.b]);
         let rows = band.rows();
-        let beside = rows.start.saturating_sub(1)..(rows.end + 1).min(a.count());
         let search = BandSearch {
-            band,
             windows: [a, b],
             isa: self.isa,
             near: NearSearch {
@@ -194,29 +188,20 @@ impl<'a> PrunedSearch<'a> {
         };
         let mut close = CloseMinima::new(self.settings.separation);
         let mut computed = 0;
-        scratch.cells.clear();
         let strip = (MOST_PAIRS / band.columns.max(1) / NODE * NODE).clamp(NODE, STRIP);
-        let mut first = beside.start;
-        while first < beside.end {
+        let mut first = rows.start;
+        while first < rows.end {
             // Strips end where balls do.
-            let end = ((first / strip + 1) * strip).min(beside.end);
-            scratch.find_near(first..end, &search);
-            computed += scratch.compute(first..end, &search);
-            let last = if end == beside.end { end } else { end - 1 };
-            scratch.collect(first..last, &search);
-            let all = scratch
-                .found
-                .iter()
-                .try_for_each(|&minimum| close.push(minimum));
-            if let Err(error) = all {
-                *scratch = SearchScratch::default();
-                return Err(error);
+            let own = first..((first / strip + 1) * strip).min(rows.end);
+            first = own.end;
+            let beside = own.start.saturating_sub(1)..(own.end + 1).min(a.count());
+            scratch.find_near(beside.clone(), &search);
+            computed += scratch.compute(beside.clone(), &search);
+            scratch.collect(own, beside, &search);
+            for &minimum in &scratch.found {
+                close.push(minimum)?;
             }
-            scratch.carry(first..end, band.columns);
-            first = end;
         }
-        // The last rows are carried nowhere: this resets the scratch.
-        scratch.carry(first..first + 2, band.columns);
         Ok(BandMinima {
             minima: close.minima,
             computed,
@@ -225,7 +210,6 @@ impl<'a> PrunedSearch<'a> {
 }
 
 struct BandSearch<'a> {
-    band: MapBand,
     windows: [&'a Windows; 2],
     isa: Isa,
     near: NearSearch<'a>,
@@ -243,9 +227,9 @@ impl SearchScratch {
 
     /// Computes the distances of the pairs that may be near, diagonal by diagonal, and returns their number.
     fn compute(&mut self, rows: Range<usize>, search: &BandSearch<'_>) -> u64 {
-        let (columns, near) = (search.band.columns, &mut self.near);
-        // Between searches of bands all values are infinite.
-        let size = (rows.len() + 3) * columns;
+        let (columns, near) = (search.near.columns, &mut self.near);
+        // Between strips all values are infinite.
+        let size = rows.len() * columns;
         if self.squared.len() < size {
             self.squared.resize(size, f32::INFINITY);
         }
@@ -253,64 +237,49 @@ impl SearchScratch {
             return 0;
         }
         let found = |(cell, square): (WindowCell, f32)| {
-            let row = cell.row as usize - rows.start + 2;
-            self.squared[row * columns + cell.column as usize] = square;
+            self.squared[place(cell, rows.start, columns)] = square;
         };
         let (windows, isa) = (search.windows, search.isa);
         self.diagonals
             .for_each(windows, isa, rows.clone(), near, found);
-        self.cells.extend_from_slice(near);
         near.len() as u64
     }
 
-    /// Collects the minima of the rows before `rows.end` that were not complete before, row by row. `rows.start` is the first
-    /// row of the strip.
-    fn collect(&mut self, rows: Range<usize>, search: &BandSearch<'_>) {
+    /// Collects the minima of a strip, row by row, and removes its distances. `beside` has the rows of the distances.
+    fn collect(&mut self, own: Range<usize>, beside: Range<usize>, search: &BandSearch<'_>) {
         self.found.clear();
-        let (band, columns) = (search.band.rows(), search.band.columns);
-        let place = |row: usize, column: usize| (row + 2 - rows.start) * columns + column;
-        let value = |row: usize, column: usize| self.squared[place(row, column)];
-        for cell in &self.cells {
+        let NearSearch { columns, gap, .. } = search.near;
+        let first = beside.start;
+        for &cell in &self.near {
             let (row, column) = (cell.row as usize, cell.column as usize);
-            let own = value(row, column);
-            let wanted = band.contains(&row)
-                && (rows.start.saturating_sub(1)..rows.end).contains(&row)
-                && search.near.gap.is_none_or(|gap| column >= row + gap);
-            if !wanted || own >= search.near.limit {
+            let value = self.squared[place(cell, first, columns)];
+            let is_wanted = own.contains(&row) && gap.is_none_or(|gap| column >= row + gap);
+            if !is_wanted || value >= search.near.limit {
                 continue;
             }
-            let above = row.saturating_sub(1);
-            let beside = column.saturating_sub(1)..(column + 2).min(columns);
-            let lower = (above..row + 2).any(|row| beside.clone().any(|c| value(row, c) < own));
-            if !lower {
+            let around = column.saturating_sub(1)..(column + 2).min(columns);
+            let mut rows = row.saturating_sub(1).max(first)..(row + 2).min(beside.end);
+            let is_lower = rows.any(|row| {
+                let row = &self.squared[(row - first) * columns..];
+                row[around.clone()].iter().any(|&other| other < value)
+            });
+            if !is_lower {
                 self.found.push(Minimum {
-                    a: row as u32,
-                    b: column as u32,
-                    distance: own.sqrt(),
+                    a: cell.row,
+                    b: cell.column,
+                    distance: value.sqrt(),
                 });
             }
         }
-        let place = |minimum: &Minimum| (minimum.a, minimum.b);
-        self.found.sort_unstable_by_key(place);
-    }
-
-    /// Removes a strip's distances, except for those of its last two rows, which are carried to the next strip.
-    fn carry(&mut self, rows: Range<usize>, columns: usize) {
-        let place = |cell: &WindowCell, first: usize| {
-            (cell.row as usize + 2 - first) * columns + cell.column as usize
-        };
-        self.carried.clear();
-        self.cells.retain(|cell| {
-            let here = &mut self.squared[place(cell, rows.start)];
-            let value = std::mem::replace(here, f32::INFINITY);
-            let kept = cell.row as usize + 2 >= rows.end;
-            if kept {
-                self.carried.push(value);
-            }
-            kept
-        });
-        for (cell, &value) in self.cells.iter().zip(&self.carried) {
-            self.squared[place(cell, rows.end)] = value;
+        for &cell in &self.near {
+            self.squared[place(cell, first, columns)] = f32::INFINITY;
         }
+        self.found
+            .sort_unstable_by_key(|minimum| (minimum.a, minimum.b));
     }
+}
+
+/// Index of a cell's distance among those of rows from `first` on.
+fn place(cell: WindowCell, first: usize, columns: usize) -> usize {
+    (cell.row as usize - first) * columns + cell.column as usize
 }

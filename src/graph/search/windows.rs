@@ -3,17 +3,14 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The joints of a clip as points. For each joint there is one row of x, one of y and one of z
-/// coordinates over the frames, which is the layout that the distance map reads.
+/// The joints of a clip as points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointCloud {
     frames: usize,
     /// Weight of each joint. Weights sum to 1.
     weights: Vec<f32>,
-    /// Coordinates relative to `centre`, `[joint][frame]`, in metres.
-    x: Vec<f32>,
-    y: Vec<f32>,
-    z: Vec<f32>,
+    /// Positions relative to `centre`, `[frame][joint]`, in metres.
+    points: Vec<Vec3>,
     /// Point that is subtracted from all points. It keeps sums of squares small far from the
     /// origin.
     centre: Vec3,
@@ -24,57 +21,42 @@ impl PointCloud {
     /// Weights must not be negative, and at least one must be positive; they are normalised.
     #[must_use]
     pub fn new(skeleton: &Skeleton, clip: &Clip, weights: &[f32]) -> Self {
-        let (frames, joints) = (clip.frames(), skeleton.len());
+        let frames = clip.frames();
         let total: f32 = weights.iter().sum();
         let roots = (0..frames).map(|frame| clip.root(frame));
         let mean = roots.sum::<Vec3>() / frames as f32;
         let centre = Vec3::new(mean.x, 0.0, mean.z);
-        let zeros = vec![0.0; frames * joints];
-        let mut cloud = Self {
-            frames,
-            weights: weights.iter().map(|w| w / total).collect(),
-            x: zeros.clone(),
-            y: zeros.clone(),
-            z: zeros,
-            centre,
-        };
-        let (mut pose, mut transforms) = (Pose::default(), Vec::new());
+        let mut points = Vec::with_capacity(frames * skeleton.len());
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
         for frame in 0..frames {
             clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut transforms);
-            for (joint, transform) in transforms.iter().enumerate() {
-                let point = transform.translation - centre;
-                let index = joint * frames + frame;
-                (cloud.x[index], cloud.y[index], cloud.z[index]) = (point.x, point.y, point.z);
-            }
+            forward_kinematics(skeleton, &pose, &mut joints);
+            points.extend(joints.iter().map(|joint| joint.translation - centre));
         }
-        cloud
+        Self {
+            frames,
+            weights: weights.iter().map(|w| w / total).collect(),
+            points,
+            centre,
+        }
     }
 
     /// Whether all points and weights are present and finite. It checks clouds that come from a file.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        let points = self.frames.checked_mul(self.joints());
-        let all = [&self.weights, &self.x, &self.y, &self.z].into_iter();
-        [&self.x, &self.y, &self.z]
-            .iter()
-            .all(|row| Some(row.len()) == points)
+        self.frames.checked_mul(self.joints()) == Some(self.points.len())
             && self.centre.is_finite()
-            && all.flatten().all(|value| value.is_finite())
+            && self.points.iter().all(|point| point.is_finite())
+            && self.weights.iter().all(|weight| weight.is_finite())
     }
 
     /// Returns a range of frames as a cloud with the same centre. The range must not be empty.
     pub(crate) fn part(&self, frames: Range<usize>) -> Self {
-        let part = |rows: &[f32]| -> Vec<f32> {
-            let rows = rows.chunks_exact(self.frames);
-            rows.flat_map(|row| &row[frames.clone()]).copied().collect()
-        };
+        let joints = self.joints();
         Self {
             frames: frames.len(),
             weights: self.weights.clone(),
-            x: part(&self.x),
-            y: part(&self.y),
-            z: part(&self.z),
+            points: self.points[frames.start * joints..frames.end * joints].to_vec(),
             centre: self.centre,
         }
     }
@@ -118,8 +100,7 @@ impl PointCloud {
     /// Position of a point relative to [`PointCloud::centre`], in metres.
     #[must_use]
     pub fn point(&self, joint: usize, frame: usize) -> Vec3 {
-        let index = joint * self.frames + frame;
-        Vec3::new(self.x[index], self.y[index], self.z[index])
+        self.points[frame * self.joints() + joint]
     }
 }
 
@@ -163,8 +144,8 @@ pub struct Windows {
     /// Coordinates, `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
     tiles: Vec<[[f32; TILE]; 3]>,
     /// Ground mean and spread of each window.
-    pub(crate) x: Vec<f64>,
-    pub(crate) z: Vec<f64>,
+    x: Vec<f64>,
+    z: Vec<f64>,
     pub(crate) spread: Vec<f64>,
 }
 
@@ -261,13 +242,7 @@ impl Windows {
         &self.weighted[frame * self.joints..(frame + 1) * self.joints]
     }
 
-    /// Coordinates of the points that have a weight, tile by tile.
-    #[inline(always)]
-    pub(crate) fn tiles(&self) -> std::slice::ChunksExact<'_, [[f32; TILE]; 3]> {
-        self.tiles.chunks_exact(self.joints)
-    }
-
-    /// One of [`Windows::tiles`].
+    /// Coordinates of the points that have a weight in one tile of frames.
     #[inline(always)]
     pub(crate) fn tile(&self, index: usize) -> &[[[f32; TILE]; 3]] {
         &self.tiles[index * self.joints..(index + 1) * self.joints]

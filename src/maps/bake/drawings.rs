@@ -112,7 +112,7 @@ pub(super) fn evasion_drawings(
             drawings.every_frame.extend(inner);
         }
     }
-    let of_attack = grid.attack_pitch as f32 * (HALF_DIAGONAL + MAX_TRANSFORM_ERROR);
+    let of_attack = HALF_DIAGONAL + MAX_TRANSFORM_ERROR;
     let cut = Cut::Outer(HALF_DIAGONAL + ROUNDING + of_attack);
     for (outer, slice) in outer.iter().zip(0..) {
         let outer = in_slabs(outer, slabs, grid, cut);

@@ -2,87 +2,67 @@
 
 use super::baked_graph::{BakedGraph, Derived};
 use crate::anim::{EventKind, Skeleton};
-use crate::graph::stored::{from_bytes, to_bytes};
+use crate::graph::stored::{ensure, from_bytes, to_bytes};
 use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::entries::{EntryTable, Stance, TargetStances};
-use crate::maps::grid::{GridCells, PathTable};
-use crate::maps::regions::{
-    BodyRows, ClipCylinders, Evasion, EvasionTracks, RegionAtlas, RegionMaps,
-};
+use crate::maps::entries::{Stance, TargetStances};
+use crate::maps::grid::GridCells;
+use crate::maps::regions::{BodyRows, Evasion, EvasionTracks, RegionMaps};
 use crate::math::Rigid2;
 use crate::math::parallel::both;
 
 impl BakedGraph {
-    pub(crate) const SECTIONS: usize = MotionGraph::SECTIONS + 5;
+    pub(crate) const SECTIONS: usize = 4;
 
-    /// Serializes the parts of the graph.
+    /// Serializes the parts of the graph: clips, the rest of the motion graph, paths, and everything else.
     pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
-        let [rest, clips, edges, feet] = self.graph.to_sections()?;
-        let (evasions, attack_moves) = (&self.evasions, &self.attack_moves);
-        let small = (
+        let [clips, graph] = self.graph.to_sections()?;
+        let (evasions, attack_moves, atlas) = (&self.evasions, &self.attack_moves, &self.atlas);
+        let rest = (
             &self.body,
             &self.retimable,
             evasions,
             attack_moves,
+            atlas,
+            &self.entries,
+            &self.cylinders,
             self.grid_cell,
             self.push_limit,
         );
-        Ok([
-            rest,
-            clips,
-            edges,
-            feet,
-            to_bytes(&small)?,
-            to_bytes(&self.atlas)?,
-            to_bytes(&self.entries)?,
-            to_bytes(&self.paths)?,
-            to_bytes(&self.cylinders)?,
-        ])
+        Ok([clips, graph, to_bytes(&self.paths)?, to_bytes(&rest)?])
     }
 
     /// Reads the parts of a graph. [`BakedGraph::restored`] checks them.
     pub(crate) fn from_sections(
-        [
-            graph_rest,
-            clips,
-            edges,
-            feet,
-            rest,
-            atlas,
-            entries,
-            paths,
-            cylinders,
-        ]: [&[u8]; Self::SECTIONS],
+        [clips, graph, paths, rest]: [&[u8]; Self::SECTIONS],
     ) -> Result<Self, String> {
         // On some machines these are more threads than cores; the first to finish frees a core for the others.
-        let (graph, ((atlas, entries), (paths, cylinders))) = both(
-            || MotionGraph::from_sections([graph_rest, clips, edges, feet]),
-            || {
-                both(
-                    || {
-                        let atlas = from_bytes::<RegionAtlas>(atlas);
-                        (atlas, from_bytes::<EntryTable>(entries))
-                    },
-                    || {
-                        let paths = from_bytes::<PathTable>(paths);
-                        (paths, from_bytes::<ClipCylinders>(cylinders))
-                    },
-                )
-            },
+        let (graph, (paths, rest)) = both(
+            || MotionGraph::from_sections([clips, graph]),
+            || both(|| from_bytes(paths), || from_bytes(rest)),
         );
-        let (body, retimable, evasions, attack_moves, grid_cell, push_limit) = from_bytes(rest)?;
-        Ok(Self {
-            graph: graph?,
+        let (
             body,
-            atlas: atlas?,
             retimable,
             evasions,
             attack_moves,
-            entries: entries?,
+            atlas,
+            entries,
+            cylinders,
+            grid_cell,
+            push_limit,
+        ) = rest?;
+        Ok(Self {
+            graph: graph?,
+            body,
+            atlas,
+            retimable,
+            evasions,
+            attack_moves,
+            entries,
             paths: paths?,
             grid_cell,
             push_limit,
-            cylinders: cylinders?,
+            cylinders,
             derived: Derived::default(),
         })
     }
@@ -104,54 +84,35 @@ impl BakedGraph {
     pub fn restored_within(mut self, bytes: u64) -> Result<Self, String> {
         let _span = tracing::trace_span!("load: check and restore").entered();
         self.graph.validate()?;
-        let edges = self.graph.edges().len();
-        let (mut evasions, mut attacks) = (self.evasions.windows(2), self.attack_moves.windows(2));
-        let sorted = evasions.all(|pair| pair[0].edge < pair[1].edge)
-            && attacks.all(|pair| pair[0].edge < pair[1].edge);
-        let attacks_fit = self
-            .attack_moves
-            .iter()
-            .all(|attack| self.event_fits(attack.edge, EventKind::Attack, attack.placement));
-        let checks = [
-            (
-                self.retimable.len() == edges,
-                "the table of rates is not one entry an edge",
-            ),
-            (
-                sorted && self.evasions.iter().all(|e| self.evasion_fits(e)),
-                "an evasion names an edge that is none, or maps that are not there",
-            ),
-            (
-                attacks_fit && self.atlas.attacks().len() == self.attack_moves.len(),
-                "an attack names an edge that is none, or has no maps",
-            ),
-            (
-                self.push_limit > 0.0,
-                "the largest acceleration of the body is not above 0",
-            ),
-            (
-                self.body.is_sound(self.graph.skeleton()),
-                "a body sphere is not sound",
-            ),
-        ];
-        if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
-            return Err(what.to_owned());
-        }
-        self.atlas.check().map_err(str::to_owned)?;
-        self.entries.check(&self.graph, &self.evasions)?;
-        if self.evasions.len() > GridCells::MOST_EVASIONS {
-            return Err("it has too many evasions".to_owned());
-        }
+        let is_whole = self.retimable.len() == self.graph.edges().len();
+        ensure(is_whole, "the table of rates is not one entry an edge")?;
+        let (evasions, attacks) = (&self.evasions, &self.attack_moves);
+        let evasions_fit = evasions.is_sorted_by(|a, b| a.edge < b.edge)
+            && evasions.iter().all(|evasion| self.evasion_fits(evasion));
+        let what = "an evasion names an edge that is none, or maps that are not there";
+        ensure(evasions_fit, what)?;
+        let attacks_fit = attacks.is_sorted_by(|a, b| a.edge < b.edge)
+            && self.atlas.attacks().len() == attacks.len()
+            && attacks
+                .iter()
+                .all(|attack| self.event_fits(attack.edge, EventKind::Attack, attack.placement));
+        let what = "an attack names an edge that is none, or has no maps";
+        ensure(attacks_fit, what)?;
+        let what = "the largest acceleration of the body is not above 0";
+        ensure(self.push_limit > 0.0, what)?;
+        let body_fits = self.body.is_sound(self.graph.skeleton());
+        ensure(body_fits, "a body sphere is not sound")?;
+        self.atlas.check()?;
+        self.entries.check(&self.graph, evasions)?;
+        let are_few = evasions.len() <= GridCells::MOST_EVASIONS;
+        ensure(are_few, "it has too many evasions")?;
         let needed = self.derived_bytes();
-        if needed > bytes {
-            return Err(format!(
-                "it would need {needed} bytes of memory, and {bytes} are the most for its size"
-            ));
-        }
+        let what = "it would need more memory than a file of its size may take";
+        ensure(needed <= bytes, what)?;
         self.derived.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
-        if !self.cylinders.fits(self.graph.clips(), self.derived.reach) {
-            return Err("the bounding cylinders are not those of the clips' frames".to_owned());
-        }
+        let cylinders_fit = self.cylinders.fits(self.graph.clips(), self.derived.reach);
+        let what = "the bounding cylinders are not those of the clips' frames";
+        ensure(cylinders_fit, what)?;
         self.derived.placements = self.graph.placements();
         let paths = std::mem::take(&mut self.paths);
         let (paths, tables) = {

@@ -73,8 +73,8 @@ pub enum BakeError {
     },
     /// Texel size, slab height or time slices are out of range.
     #[error(
-        "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {} m and {}, {} m and {} of {} s",
-        .0.texel, .0.attack_pitch, .0.slab_height, .0.slices, .0.slice_seconds,
+        "texels must be 0.001 to 1 m, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {} m, {} m and {} of {} s",
+        .0.texel, .0.slab_height, .0.slices, .0.slice_seconds,
         max = MapGrid::MAX_SLICES
     )]
     Grid(MapGrid),

@@ -3,11 +3,11 @@
 use crate::graph::{ClipId, MotionGraph};
 use crate::maps::entries::table::EntryTable;
 use crate::maps::entries::targets::ClipPlaces;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::ops::Range;
 
 /// Statistics of the entries of a baked graph.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct EntryReport {
     /// Number of entries.
     pub entries: usize,
@@ -20,16 +20,12 @@ pub struct EntryReport {
     /// Longest time in a clip without a moment that has an entry, in seconds.
     pub longest_without: f32,
     /// Number of exits.
-    #[serde(default)]
     pub exits: usize,
     /// Number of layered evasions.
-    #[serde(default)]
     pub layers: usize,
     /// Stretches of the clips without a branch point.
-    #[serde(default)]
     pub unbranched: Stretches,
     /// Stretches of evasions and attacks without a branch point.
-    #[serde(default)]
     pub unbranched_in_events: Stretches,
 }
 
@@ -90,7 +86,7 @@ impl EntryTable {
 // Stretches of the clips without a branch point: a frame with an entry, an exit, or a choice of edges.
 
 /// Statistics of the stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Stretches {
     /// Median duration, weighted by time, in seconds: half of all time lies in stretches of at most this duration.
     pub median: f32,

@@ -70,7 +70,7 @@ pub(in crate::maps) struct GridCells {
 
 impl GridCells {
     /// Maximum number of evasions.
-    pub(in crate::maps) const MOST_EVASIONS: usize = 1 << 26;
+    pub(in crate::maps) const MOST_EVASIONS: usize = 1 << 16;
 
     /// Side of a cell, in metres.
     pub(in crate::maps) const CELL: f32 = 0.10;

@@ -108,14 +108,7 @@ pub(in crate::maps) fn find_paths(
         }
         links
     });
-    PathTable::new(
-        first,
-        links.concat().into_iter().collect(),
-        report,
-        graph,
-        retimable,
-        placements,
-    )
+    PathTable::new(first, links.concat(), report, graph, retimable, placements)
 }
 
 impl Layer {
@@ -151,7 +144,7 @@ struct PathSearch<'a> {
     /// For each edge, the character's frame at its end, relative to that at its start.
     steps: Vec<Rigid2>,
     /// For each node, the goals that start there.
-    starts: Vec<Vec<u32>>,
+    starts: Vec<Vec<u16>>,
 }
 
 impl<'a> PathSearch<'a> {
@@ -166,7 +159,7 @@ impl<'a> PathSearch<'a> {
             .round()
             .clamp(0.0, f32::from(u16::MAX - 1)) as usize;
         let mut starts = vec![Vec::new(); graph.nodes().len()];
-        for (&goal, index) in goals.iter().zip(0..) {
+        for (&goal, index) in goals.iter().zip(0..=u16::MAX) {
             starts[graph.edge(goal).from.index()].push(index);
         }
         let step = |edge| edge_placement(graph, placements, edge);
@@ -196,13 +189,13 @@ impl<'a> PathSearch<'a> {
                 edge: 0,
                 rest: goal,
             },
-            goal,
+            goal: goal.into(),
             faster: 0,
             slower: 0,
             placement: Rigid2::IDENTITY,
             cost: 0.0,
         }));
-        let numbers = 1..=PathSettings::MOST_OF_A_NODE as u32;
+        let numbers = 1..=PathSettings::MOST_OF_A_NODE as u16;
         for (id, number) in self.graph.edges_from(node).zip(numbers) {
             let edge = self.graph.edge(id);
             let left = frames.checked_sub(edge.frames as usize);
@@ -210,7 +203,8 @@ impl<'a> PathSearch<'a> {
                 continue;
             };
             found.extend(layer.drafts(edge.to).map(|(rest, draft)| {
-                let link = Link { edge: number, rest };
+                let (edge, rest) = (number, rest as u16);
+                let link = Link { edge, rest };
                 self.extended(id, link, draft)
             }));
         }

@@ -10,12 +10,9 @@
 //! ends. That takes two numbers for each path. The other data of a path is computed when it is asked for, along its edges, up to a node
 //! whose paths are kept. When a file is read, all links are checked, so that every path leads to an evasion.
 
-use std::fmt;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
-use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
@@ -97,9 +94,9 @@ pub struct NodePath {
 
 impl NodePath {
     /// Path without edges: the evasion starts at the node.
-    fn start(goal: u32) -> Self {
+    fn start(goal: u16) -> Self {
         Self {
-            goal,
+            goal: goal.into(),
             frames: 0,
             faster: 0,
             slower: 0,
@@ -141,7 +138,7 @@ pub struct PathTable {
     /// Index of each node's first path. The last entry is the number of paths. The paths of a node
     /// are sorted by length.
     first: Vec<u32>,
-    links: Links,
+    links: Vec<Link>,
     report: PathReport,
     /// Paths of every [`PathTable::KEPT`]th node.
     #[serde(skip)]
@@ -184,133 +181,18 @@ impl PartialEq for PathTable {
     }
 }
 
-/// A path as it is stored in files.
+/// A path as it is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Link {
     /// Number of the edge among the node's edges, from 1, or 0 if the evasion starts at the node.
-    pub(super) edge: u32,
+    pub(super) edge: u16,
     /// Index of the rest among the paths from the edge's end, or the evasion's index if `edge` is
     /// 0.
-    pub(super) rest: u32,
-}
-
-/// The links of all paths, 2 bytes each.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Links {
-    /// [`Link::edge`] above the `rest_bits` of [`Link::rest`]; 0 for the links in `others`.
-    packed: Vec<u16>,
-    rest_bits: u32,
-    /// Paths without edges and those whose numbers do not fit, in order, with their links.
-    others: Vec<(u32, Link)>,
-}
-
-impl Links {
-    fn len(&self) -> usize {
-        self.packed.len()
-    }
-
-    #[inline]
-    fn get(&self, path: u32) -> Link {
-        let packed = u32::from(self.packed[path as usize]);
-        if packed == 0 {
-            return self.other(path);
-        }
-        Link {
-            edge: packed >> self.rest_bits,
-            rest: packed & ((1 << self.rest_bits) - 1),
-        }
-    }
-
-    /// Link of a path that is not packed.
-    fn other(&self, path: u32) -> Link {
-        self.others[self.others.partition_point(|other| other.0 < path)].1
-    }
-}
-
-/// The [packed](Links::packed) link, or 0 if it does not fit.
-fn pack(link: Link, rest_bits: u32) -> u16 {
-    let fits = link.edge > 0 && link.rest < 1 << rest_bits;
-    let packed = u64::from(link.edge) << rest_bits | u64::from(link.rest);
-    u16::try_from(packed).ok().filter(|_| fits).unwrap_or(0)
-}
-
-impl Links {
-    fn iter(&self) -> impl ExactSizeIterator<Item = Link> + '_ {
-        (0..self.len() as u32).map(|path| self.get(path))
-    }
-
-    /// Appends a link. All links are packed anew once one needs more bits.
-    fn push(&mut self, link: Link) {
-        let bits = (u32::BITS - link.rest.leading_zeros()).min(u16::BITS);
-        if link.edge > 0 && bits > self.rest_bits {
-            self.widen(bits);
-        }
-        let packed = pack(link, self.rest_bits);
-        if packed == 0 {
-            self.others.push((self.packed.len() as u32, link));
-        }
-        self.packed.push(packed);
-    }
-
-    fn widen(&mut self, rest_bits: u32) {
-        let mut others = Vec::new();
-        for path in 0..self.packed.len() as u32 {
-            let link = self.get(path);
-            let packed = pack(link, rest_bits);
-            if packed == 0 {
-                others.push((path, link));
-            }
-            self.packed[path as usize] = packed;
-        }
-        (self.others, self.rest_bits) = (others, rest_bits);
-    }
-}
-
-impl FromIterator<Link> for Links {
-    fn from_iter<I: IntoIterator<Item = Link>>(links: I) -> Self {
-        let mut all = Self::default();
-        links.into_iter().for_each(|link| all.push(link));
-        all
-    }
-}
-
-impl Serialize for Links {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.iter())
-    }
-}
-
-/// One by one: all of them unpacked would take several times the memory of what is read.
-impl<'de> Deserialize<'de> for Links {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct EachLink;
-        impl<'de> Visitor<'de> for EachLink {
-            type Value = Links;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("the links of paths")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut links: A) -> Result<Links, A::Error> {
-                let mut all = Links::default();
-                let count = links.size_hint().unwrap_or(0);
-                all.packed
-                    .reserve_exact(count.min(PathSettings::MOST_OF_ALL));
-                while let Some(link) = links.next_element()? {
-                    all.push(link);
-                }
-                Ok(all)
-            }
-        }
-        deserializer.deserialize_seq(EachLink)
-    }
+    pub(super) rest: u16,
 }
 
 /// Stands for a number of frames that is not known yet.
 const UNKNOWN: u16 = u16::MAX;
-
-const NOWHERE: &str = "a path leads nowhere, or to itself";
-const UNSORTED: &str = "a node's paths are not in the order of their length";
 
 impl PathTable {
     /// Number of nodes between two whose paths are kept. Most paths continue along their clip, whose next node has the next number.
@@ -323,7 +205,7 @@ impl PathTable {
     /// space of the node's clip. Links are sound or will be checked.
     pub(super) fn new(
         first: Vec<u32>,
-        links: Links,
+        links: Vec<Link>,
         report: PathReport,
         graph: &MotionGraph,
         retimable: &[Retimable],
@@ -378,10 +260,12 @@ impl PathTable {
         }
         let Self {
             first,
-            links,
+            mut links,
             report,
             ..
         } = self;
+        // A list grows as it is read, to up to twice its length.
+        links.shrink_to_fit();
         let table = Self::new(first, links, report, graph, retimable, placements);
         table.check(starts)?;
         Ok(table)
@@ -452,7 +336,7 @@ impl PathTable {
     /// Memory of the table with the paths that are kept, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.first.as_slice())
-            + size_of_val(self.links.packed.as_slice())
+            + size_of_val(self.links.as_slice())
             + self.links.len() / Self::KEPT * size_of::<NodePath>()
     }
 
@@ -474,12 +358,12 @@ impl PathTable {
 
     /// First edge of a path and the path after it; the goal if the path has no edge.
     #[inline]
-    fn split(&self, at: At) -> Result<(EdgeId, At), u32> {
-        let link = self.links.get(at.path);
+    fn split(&self, at: At) -> Result<(EdgeId, At), u16> {
+        let link = self.links[at.path as usize];
         let number = link.edge.checked_sub(1).ok_or(link.rest)?;
-        let edge = EdgeId(at.first_edge + number);
+        let edge = EdgeId(at.first_edge + u32::from(number));
         let rest = self.steps[edge.index()].rest;
-        let path = rest.path + link.rest;
+        let path = rest.path + u32::from(link.rest);
         Ok((edge, At { path, ..rest }))
     }
 
@@ -547,53 +431,21 @@ impl PathTable {
     }
 
     /// Checks all links. The error describes the first link that points outside the table, path that contains itself, or node whose paths are
-    /// not sorted by length.
-    ///
-    /// Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has the next number.
-    fn check(&self, starts: &[NodeId]) -> Result<(), String> {
-        /// Number of nodes that are checked together.
-        const PART: usize = 1024;
-        // Number of frames of each path.
-        let frames: Vec<_> = (0..self.links.len())
-            .map(|_| AtomicU16::new(UNKNOWN))
-            .collect();
-        let nodes = self.first.len() - 1;
-        let is_wrong = AtomicBool::new(false);
-        let wrong = in_parallel(0, nodes.div_ceil(PART), |part| {
-            let mut open = Vec::new();
-            let end = nodes - part * PART;
-            let own = end.saturating_sub(PART)..end;
-            let nodes = own.rev().map(|node| NodeId(node as u32));
-            nodes
-                .take_while(|_| !is_wrong.load(Ordering::Relaxed))
-                .find_map(|node| {
-                    let wrong = self.check_node(node, starts, &frames, &mut open).err()?;
-                    is_wrong.store(true, Ordering::Relaxed);
-                    Some(wrong)
-                })
-        });
-        match wrong.into_iter().flatten().next() {
-            Some(wrong) => Err(wrong.to_owned()),
-            None => Ok(()),
-        }
-    }
-
-    fn check_node(
-        &self,
-        node: NodeId,
-        starts: &[NodeId],
-        frames: &[AtomicU16],
-        open: &mut Vec<(u32, u16)>,
-    ) -> Result<(), &'static str> {
-        let [first, end] = self.ends(node);
-        let mut longest = 0;
-        for path in first..end {
-            let count = self.count_frames(path, node, starts, frames, open);
-            let count = count.ok_or(NOWHERE)?;
-            if count < longest {
-                return Err(UNSORTED);
+    /// not sorted by length. Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has
+    /// the next number.
+    fn check(&self, starts: &[NodeId]) -> Result<(), &'static str> {
+        let mut frames = vec![UNKNOWN; self.links.len()];
+        let mut open = Vec::new();
+        for node in (0..self.first.len() as u32 - 1).rev().map(NodeId) {
+            let ([first, end], mut longest) = (self.ends(node), 0);
+            for path in first..end {
+                let count = self.count_frames(path, node, starts, &mut frames, &mut open);
+                let count = count.ok_or("a path leads nowhere, or to itself")?;
+                if count < longest {
+                    return Err("a node's paths are not in the order of their length");
+                }
+                longest = count;
             }
-            longest = count;
         }
         Ok(())
     }
@@ -605,28 +457,26 @@ impl PathTable {
         mut path: u32,
         mut node: NodeId,
         starts: &[NodeId],
-        known: &[AtomicU16],
+        known: &mut [u16],
         open: &mut Vec<(u32, u16)>,
     ) -> Option<u16> {
         open.clear();
         let mut frames = loop {
-            match known[path as usize].load(Ordering::Relaxed) {
+            match known[path as usize] {
                 UNKNOWN => {}
                 known => break known,
             }
-            let link = self.links.get(path);
+            let link = self.links[path as usize];
             let Some(number) = link.edge.checked_sub(1) else {
-                let starts_here = starts.get(link.rest as usize) == Some(&node);
-                starts_here.then(|| known[path as usize].store(0, Ordering::Relaxed))?;
+                let starts_here = starts.get(usize::from(link.rest)) == Some(&node);
+                starts_here.then(|| known[path as usize] = 0)?;
                 break 0;
             };
-            let first = &self.first_edge[node.index()..];
-            let edge = first[0]
-                .checked_add(number)
-                .filter(|&edge| edge < first[1])?;
+            let edges = &self.first_edge[node.index()..];
+            let edge = Some(edges[0] + u32::from(number)).filter(|&edge| edge < edges[1])?;
             let step = self.steps[edge as usize];
             let [first, end] = self.ends(step.rest.node);
-            let rest = first.checked_add(link.rest).filter(|&rest| rest < end)?;
+            let rest = Some(first + u32::from(link.rest)).filter(|&rest| rest < end)?;
             // Every path is longer than its rest, so a chain has at most `u16::MAX` paths. A path that contains itself exceeds this.
             if step.frames == 0 || open.len() >= usize::from(u16::MAX) {
                 return None;
@@ -638,7 +488,7 @@ impl PathTable {
             frames = frames
                 .checked_add(first)
                 .filter(|&frames| frames < UNKNOWN)?;
-            known[longer as usize].store(frames, Ordering::Relaxed);
+            known[longer as usize] = frames;
         }
         Some(frames)
     }

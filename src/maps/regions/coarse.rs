@@ -48,12 +48,10 @@ impl CoarseRegion {
     }
 }
 
-/// A grid over the maps of a slab, with cells of 4 × 4 attack texels. A cell holds the bits of all
-/// texels that are within three attack texels of any of its points along each axis.
+/// A grid over the maps of a slab, with cells of 4 × 4 texels. A cell holds the bits of all
+/// texels that are within three texels of any of its points along each axis.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CoarseMap {
-    /// Side of a cell is `1 << shift` texels.
-    pub(crate) shift: u32,
     /// First texel of the first cell, in the maps' frame.
     pub(crate) u: i32,
     pub(crate) v: i32,
@@ -68,21 +66,21 @@ pub(crate) struct CoarseMap {
 }
 
 impl CoarseMap {
-    /// Reach of a cell: half of a rotated block, rounded up, in attack texels.
+    /// Side of a cell is `1 << SHIFT` texels.
+    pub(crate) const SHIFT: u32 = 2;
+    /// Reach of a cell: half of a rotated block, rounded up, in texels.
     const REACH: i32 = 3;
 
     pub(super) fn new(maps: &SlabMaps, grid: MapGrid) -> Self {
         let rect = maps.rect();
-        let shift = 2 + grid.attack_pitch.trailing_zeros();
         if rect.is_empty() {
             return Self::default();
         }
-        let cell = 1 << shift;
+        let cell = 1 << Self::SHIFT;
         // A border of cells covers points outside the maps that reach into them.
         let cells = |texels: u32| (texels + 2 * cell).div_ceil(cell);
         let (columns, rows) = (cells(rect.width), cells(rect.height));
         let mut coarse = Self {
-            shift,
             u: rect.u - cell as i32,
             v: rect.v - cell as i32,
             columns,
@@ -126,11 +124,11 @@ impl CoarseMap {
 
     /// Cells that reach a texel of a map in `rect`, at most nine.
     fn cells(&self, rect: MapRect, column: i32, row: i32) -> impl Iterator<Item = usize> + use<> {
-        let reach = Self::REACH << (self.shift - 2);
-        // Along one axis. With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4 i + 6.
+        let (reach, shift) = (Self::REACH, Self::SHIFT);
+        // Along one axis. Cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4 i + 6.
         let along = |texel: i32, count: u32| {
             let within = |cell: i32| cell.clamp(0, count as i32) as usize;
-            within((texel - reach) >> self.shift)..within(((texel + reach) >> self.shift) + 1)
+            within((texel - reach) >> shift)..within(((texel + reach) >> shift) + 1)
         };
         let columns = along(column + rect.u - self.u, self.columns);
         let (rows, width) = (

@@ -7,7 +7,7 @@ use super::map_grid::{MapGrid, SUB_TEXELS};
 use crate::math::Rigid2;
 
 /// A fixed-point transform from the texels of an attack's map to those of an evasion's map that is
-/// translated and rotated against it. Attack texels may be wider ([`MapGrid::attack_pitch`]).
+/// translated and rotated against it.
 ///
 /// For the centre of texel `(u, v)` of the attack's map, `a (2u + 1) + b (2v + 1) + tx` and `a (2v
 /// + 1) - b (2u + 1) + tz` are its coordinates in the evasion's frame, in units of 2⁻¹⁵ texel. An
@@ -16,9 +16,9 @@ use crate::math::Rigid2;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FixedTransform2 {
-    /// Cosine of the rotation times the pitch, in units of 2⁻¹⁴.
+    /// Cosine of the rotation, in units of 2⁻¹⁴.
     pub a: i32,
-    /// Sine of the rotation times the pitch, in units of 2⁻¹⁴.
+    /// Sine of the rotation, in units of 2⁻¹⁴.
     pub b: i32,
     /// Translation along x, in units of 2⁻¹⁵ texel of the evasion's map.
     pub tx: i32,
@@ -38,18 +38,17 @@ impl FixedTransform2 {
     /// frame.
     #[must_use]
     pub fn new(placement: Rigid2, attack: MapRect, grid: MapGrid) -> Self {
-        let (texel, pitch) = (grid.for_attacks().texel, grid.attack_pitch as i32);
         let one = (1i32 << (Self::SHIFT - 1)) as f32;
         // Rounded once, so that the error does not grow with the distance from the first texel.
         let start = placement.point(Vec3::new(
-            attack.u as f32 * texel,
+            attack.u as f32 * grid.texel,
             0.0,
-            attack.v as f32 * texel,
+            attack.v as f32 * grid.texel,
         )) / grid.texel;
         let fixed = |place: f32| (place.clamp(-Self::FAR, Self::FAR) * 2.0 * one).round() as i32;
         Self {
-            a: pitch * (placement.cos() * one).round() as i32,
-            b: pitch * (placement.sin() * one).round() as i32,
+            a: (placement.cos() * one).round() as i32,
+            b: (placement.sin() * one).round() as i32,
             tx: fixed(start.x),
             tz: fixed(start.z),
         }
@@ -85,20 +84,6 @@ impl FixedTransform2 {
         texels * SUB_TEXELS as f32
     }
 
-    /// The same transform for attack texels as narrow as the evasion's, where the first of every
-    /// `pitch` texels along each axis stands for a wide texel. The results are bit-identical.
-    #[cfg(feature = "vulkan")]
-    pub(crate) fn with_narrow_texels(self, pitch: u32) -> Self {
-        let pitch = pitch as i32;
-        let (a, b) = (self.a / pitch, self.b / pitch);
-        Self {
-            a,
-            b,
-            tx: self.tx + (pitch - 1) * (a + b),
-            tz: self.tz + (pitch - 1) * (a - b),
-        }
-    }
-
     /// Whether `placement` lies within the range that is not clamped.
     pub(crate) fn keeps(placement: Rigid2, texel: f32) -> bool {
         placement.ground().abs().max_element() < 0.5 * Self::FAR * texel
@@ -120,9 +105,9 @@ impl MapGrid {
             (end_u, end_v),
         ];
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let texel = self.for_attacks().texel;
         for (u, v) in corners {
-            let corner = placement.point(Vec3::new(u as f32, 0.0, v as f32) * self.texel) / texel;
+            let corner =
+                placement.point(Vec3::new(u as f32, 0.0, v as f32) * self.texel) / self.texel;
             low = low.min(corner);
             high = high.max(corner);
         }

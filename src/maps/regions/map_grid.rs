@@ -104,11 +104,6 @@ pub enum Section {
 pub struct MapGrid {
     /// Side of a texel, in metres. Default 0.02.
     pub texel: f32,
-    /// Side of an attack map's texel, in texels of an evasion's maps: 1, 2 or 4. Default 1. An
-    /// inner map loses half a texel all around, which is a large part of an arm, so small texels
-    /// make it more exact. Wide texels cost an attack's map nothing but make its maps faster to
-    /// draw, which is the largest cost.
-    pub attack_pitch: u32,
     /// Height of a slab, in metres. Default 0.30, as in the paper. Lower slabs miss fewer hits, but cost more time than they save.
     pub slab_height: f32,
     /// Cross-section that represents a sphere in a slab. Default [`Section::Plane`].
@@ -124,7 +119,6 @@ impl Default for MapGrid {
     fn default() -> Self {
         Self {
             texel: 0.02,
-            attack_pitch: 1,
             slab_height: 0.30,
             section: Section::Plane,
             slices: 8,
@@ -148,7 +142,6 @@ impl MapGrid {
     /// Grid of the paper: slabs of 0.30 m, outlines, untimed.
     pub const PAPER: Self = Self {
         texel: 0.02,
-        attack_pitch: 1,
         slab_height: 0.30,
         section: Section::Outline,
         slices: 1,
@@ -168,25 +161,10 @@ impl MapGrid {
     /// is far beyond every map; sums of two such coordinates fit 32 bits.
     const FAR: f32 = (1 << 29) as f32;
 
-    /// Maximum pitch of an attack's texels.
-    pub const MAX_PITCH: u32 = 4;
-
-    /// Grid that attacks are drawn on.
-    #[must_use]
-    pub fn for_attacks(&self) -> Self {
-        Self {
-            texel: self.texel * self.attack_pitch as f32,
-            attack_pitch: 1,
-            ..*self
-        }
-    }
-
-    /// Whether all values are in range: texels of 0.001 to 1 m, an attack pitch of 1, 2 or 4, slabs
-    /// of 0.001 to 10 m, and 1 to 64 slices of 0.001 to 1 s.
+    /// Whether all values are in range: texels of 0.001 to 1 m, slabs of 0.001 to 10 m, and
+    /// 1 to 64 slices of 0.001 to 1 s.
     pub fn is_sound(&self) -> bool {
         (0.001..=1.0).contains(&self.texel)
-            && self.attack_pitch.is_power_of_two()
-            && self.attack_pitch <= Self::MAX_PITCH
             && (0.001..=10.0).contains(&self.slab_height)
             && (1..=Self::MAX_SLICES).contains(&self.slices)
             && (0.001..=1.0).contains(&self.slice_seconds)

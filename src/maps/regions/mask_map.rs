@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::bit_map::MapRect;
-use super::sparse_words;
 
 /// A map over time: each texel has a mask with one bit for each slice.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,7 +11,6 @@ pub struct MaskMap {
     /// Number of words in a mask.
     lanes: u32,
     /// Masks, `[row][column][lane]`.
-    #[serde(with = "sparse_words")]
     masks: Vec<u32>,
 }
 
@@ -68,38 +66,25 @@ impl MaskMap {
 
     /// Smallest rectangle around the texels of each slice. It is empty if a slice has no texel.
     pub fn slice_rects(&self, slices: u32) -> Vec<MapRect> {
-        let (rect, lanes) = (self.rect, self.lanes().max(1));
-        let row_words = rect.width as usize * lanes;
-        let (mut columns, mut rows) = (vec![0; row_words], Vec::new());
-        for texels in self.masks.chunks(row_words.max(1)) {
-            for (column, word) in columns.iter_mut().zip(texels) {
-                *column |= word;
+        let (MapRect { u, v, width, .. }, lanes) = (self.rect, self.lanes().max(1));
+        let mut rects = vec![MapRect::default(); slices as usize];
+        for (texel, mask) in (0..).zip(self.masks.chunks_exact(lanes)) {
+            for (&word, rects) in mask.iter().zip(rects.chunks_mut(32)) {
+                let mut left = word;
+                while left != 0 {
+                    if let Some(rect) = rects.get_mut(left.trailing_zeros() as usize) {
+                        *rect = rect.union(MapRect {
+                            u: u + texel % width as i32,
+                            v: v + texel / width as i32,
+                            width: 1,
+                            height: 1,
+                        });
+                    }
+                    left &= left - 1;
+                }
             }
-            rows.extend((0..lanes).map(|lane| joined_lane(texels, lane, lanes)));
         }
-        // The first mask that has the bit of a slice, and the number of masks from there to the last one that has it.
-        let ends = |masks: &[u32], slice: u32| {
-            let has = |mask: &[u32]| {
-                let word = mask.get(slice as usize / 32);
-                word.is_some_and(|word| word >> (slice % 32) & 1 == 1)
-            };
-            let mut masks = masks.chunks_exact(lanes);
-            let first = masks.clone().position(has)?;
-            let last = masks.rposition(has)?;
-            Some((first as i32, (last + 1 - first) as u32))
-        };
-        let of_slice = |slice: u32| {
-            let ((u, width), (v, height)) = (ends(&columns, slice)?, ends(&rows, slice)?);
-            Some(MapRect {
-                u: rect.u + u,
-                v: rect.v + v,
-                width,
-                height,
-            })
-        };
-        (0..slices)
-            .map(|slice| of_slice(slice).unwrap_or_default())
-            .collect()
+        rects
     }
 
     /// Number of texels with at least one bit set.
@@ -122,23 +107,12 @@ impl MaskMap {
         self.lanes == lanes
             && lanes > 0
             && self.masks.len() as u64 == texels * u64::from(lanes)
-            && joined_lane(&self.masks, lanes as usize - 1, lanes as usize) & unused == 0
-    }
-}
-
-/// Union of the words of one lane of `lanes` over all masks.
-fn joined_lane(masks: &[u32], lane: usize, lanes: usize) -> u32 {
-    // The compiler vectorizes these loops for one and two lanes, which are all that exist.
-    match (lane, lanes) {
-        (_, 1) => masks.iter().fold(0, |joined, word| joined | word),
-        (_, 2) => {
-            let both = masks.as_chunks::<2>().0.iter();
-            both.fold([0; 2], |[a, b], mask| [a | mask[0], b | mask[1]])[lane]
-        }
-        _ => {
-            let of_lane = masks.iter().skip(lane).step_by(lanes);
-            of_lane.fold(0, |joined, word| joined | word)
-        }
+            && self
+                .masks
+                .iter()
+                .skip(lanes as usize - 1)
+                .step_by(lanes as usize)
+                .all(|word| word & unused == 0)
     }
 }
 

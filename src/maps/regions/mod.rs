@@ -15,7 +15,6 @@ mod map_grid;
 mod mask_map;
 pub mod raster;
 mod region_maps;
-mod sparse_words;
 mod sphere;
 mod track;
 

@@ -97,8 +97,6 @@ impl Lookup for Counting<'_> {
                 counted: self.counted,
                 transform: candidate.transform,
                 steps: TexelSteps::new(candidate.transform),
-                widest: (2 * self.input.atlas.grid().attack_pitch as i32)
-                    << (FixedTransform2::SHIFT - 1),
                 words,
             };
             let near = &self.near[candidate.region.index()].slabs;
@@ -158,8 +156,6 @@ struct CandidateCount<'a, W> {
     counted: Counted,
     transform: FixedTransform2,
     steps: TexelSteps,
-    /// Maximum of |a| + |b| of a transform for which the coarse maps are valid, in fixed point.
-    widest: i32,
     words: W,
 }
 
@@ -204,9 +200,11 @@ impl<W: Words> CandidateCount<'_, W> {
     /// Finds the blocks that may overlap the maps.
     #[inline(always)]
     fn meets(&self, group: &Group, near: &CoarseMap) -> Met {
+        /// Maximum of |a| + |b| of a transform for which the coarse maps are valid, in fixed point.
+        const WIDEST: i32 = 2 << (FixedTransform2::SHIFT - 1);
         let (transform, counted) = (self.transform, self.counted);
         // The reach of the cells of coarse maps is valid for rotations only.
-        if transform.a.abs().saturating_add(transform.b.abs()) > self.widest {
+        if transform.a.abs().saturating_add(transform.b.abs()) > WIDEST {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
             return Met {
@@ -218,8 +216,8 @@ impl<W: Words> CandidateCount<'_, W> {
         let (mut cells, mut some) = ([0; LANES], 0);
         for (k, cell_of) in cells.iter_mut().enumerate() {
             let (x, z) = transform.half_texels(group.u[k], group.v[k]);
-            let x = x.wrapping_sub(near.u) >> near.shift;
-            let z = z.wrapping_sub(near.v) >> near.shift;
+            let x = x.wrapping_sub(near.u) >> CoarseMap::SHIFT;
+            let z = z.wrapping_sub(near.v) >> CoarseMap::SHIFT;
             let within = ((x as u32) < near.columns) & ((z as u32) < near.rows);
             let cell = (z as u32).wrapping_mul(near.columns).wrapping_add(x as u32);
             *cell_of = if within { cell } else { u32::MAX };

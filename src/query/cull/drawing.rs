@@ -136,7 +136,6 @@ impl QueryMaps {
         steps.clear();
         if !rect.is_empty() && !reach.slabs.is_empty() {
             steps.take(atlas, attack, clocks, placed, &reach, outer);
-            let grid = grid.for_attacks();
             self.attack
                 .draw(grid, clocks, rect, reach.slabs, outer, steps);
             whole &= !steps.cut_off;
@@ -464,7 +463,7 @@ impl AttackSteps {
         reach: &Reach,
         outer: bool,
     ) {
-        let grid = atlas.grid().for_attacks();
+        let grid = atlas.grid();
         self.clear();
         let latest = clocks.iter().copied().fold(f32::NEG_INFINITY, f32::max) + grid.seconds();
         let earliest = clocks.iter().copied().fold(f32::INFINITY, f32::min);
@@ -534,7 +533,7 @@ impl AttackSteps {
             let (mut low, mut end) = (i32::MAX, i32::MIN);
             if !rect.is_empty() {
                 for step in &mut self.steps {
-                    let near = meets(step.bound(), grid.for_attacks(), rect);
+                    let near = meets(step.bound(), grid, rect);
                     if near && step.slices(grid, offset).is_some() {
                         step.met_inner |= bit;
                         (low, end) = (low.min(step.slabs.0), end.max(step.slabs.1 + 1));
@@ -584,7 +583,7 @@ impl AttackSteps {
 /// Whether a sphere may touch a texel of the rectangle, or a texel of the attack's grid that lies in it.
 fn meets(sphere: Sphere, grid: MapGrid, rect: MapRect) -> bool {
     let Sphere { centre, radius } = sphere;
-    let reach = radius / grid.texel + 2.0 * grid.attack_pitch as f32;
+    let reach = radius / grid.texel + 2.0;
     let axis = |place: f32, first: i32, texels: u32| {
         let place = place / grid.texel;
         place + reach >= first as f32 && place - reach <= (first + texels as i32) as f32
