@@ -31,7 +31,6 @@ pub(crate) fn request(throw: &Throw, settings: QuerySettings) -> RecordedRequest
     RecordedRequest {
         graph: archive::checksum(embedded()).unwrap(),
         playhead: throw.playhead,
-        attack: throw.attack.clone(),
         settings,
         evaluation: Evaluation::Lazy,
     }
@@ -57,6 +56,7 @@ fn export(folder: &Path, throw: &Throw, answer: &Answer) -> Exported {
     let exported = ExportedAnswer {
         baked,
         request: &request,
+        attack: &throw.attack,
         answer,
     };
     let written = write_answer(folder, "one", MotionFormat::Bvh, exported);
@@ -226,6 +226,7 @@ fn an_exported_answer_can_be_asked_again() {
         let facts = export(folder.path(), &throw, &answer).facts;
         let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
         assert_eq!(recording.request, request(&throw, settings()));
+        assert_eq!(recording.attack, throw.attack);
         assert_eq!(recording.chosen, Chosen::of(baked, &answer));
         let again = recording.replay(baked).unwrap();
         assert!(Chosen::of(baked, &again).is_same(&recording.chosen));
@@ -274,6 +275,7 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
         let exported = ExportedAnswer {
             baked,
             request: &request(&throw, settings()),
+            attack: &throw.attack,
             answer: &answer,
         };
         let place = evasion_placement(exported, chosen);
