@@ -23,7 +23,7 @@ use std::io::{PipeWriter, pipe};
 use std::path::Path;
 
 use run::{Png, baked, command, folder, sabaki, text_of, write};
-use sabaki_fixtures::plain_bvh::PlainBvh;
+use sabaki_import::read_bvh;
 use serde_json::{Value, json};
 
 /// Every key that stands for milliseconds or where a file lies, taken out: what is left is the same in every run.
@@ -55,7 +55,7 @@ fn without_a_subcommand_it_shows_what_it_does() {
         assert!(done.stdout.contains(word), "{word} in\n{}", done.stdout);
     }
     let out = folder.path().join("out");
-    let motion = PlainBvh::parse(&text_of(&out.join("dodge.bvh")));
+    let motion = read_bvh(&out.join("dodge.bvh")).unwrap();
     assert!(motion.frames() > 1);
     let facts: Value = serde_json::from_str(&text_of(&out.join("dodge.json"))).unwrap();
     assert_eq!(facts["avoided"], true);
@@ -191,7 +191,7 @@ fn export_writes_two_files_for_each_attack() {
         let file = |ending| attack.with_extension(ending);
         let facts: Value = serde_json::from_str(&text_of(&file("json"))).unwrap();
         assert_eq!(facts["clearance"], result["clearance"]);
-        assert!(PlainBvh::parse(&text_of(&file("bvh"))).frames() > 1);
+        assert!(read_bvh(&file("bvh")).unwrap().frames() > 1);
     }
     let written = fs::read_dir(folder.path().join("deep/er")).unwrap();
     assert_eq!(written.count(), 4);

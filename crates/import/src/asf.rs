@@ -14,14 +14,14 @@
 
 use std::collections::HashMap;
 
-use glam::{DQuat, DVec3, Quat};
-use sabaki::anim::{Clip, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
+use glam::{DQuat, DVec3};
+use sabaki::anim::{JointKind, Skeleton};
 
-use crate::bvh::{Channel, LARGEST_VALUE};
-use crate::figure::motion_of_poses;
+use crate::bvh::LARGEST_VALUE;
+use crate::channels::{Channel, ChannelFile, ChannelJoint, skeleton_of};
 use crate::file::{quoted, without_mark};
 use crate::motion_file::AMC_RATES;
-use crate::{FileError, MOST_ENTRIES, TextError};
+use crate::{MOST_ENTRIES, TextError};
 
 /// A line that is neither empty nor a comment.
 #[derive(Clone, Copy, Debug)]
@@ -99,31 +99,17 @@ impl<'a> Line<'a> {
     }
 }
 
-/// A bone and the joint at its start.
-#[derive(Clone, Debug, PartialEq)]
-struct Bone {
-    name: String,
-    /// Index of the parent, or `None` for the root. Parents come before their children.
-    parent: Option<usize>,
-    /// Vector from the bone's start to its end, in the file's unit.
-    along: DVec3,
-    /// Rotation of the bone's axes.
-    axes: DQuat,
-    /// What the values of a frame are.
-    freedoms: Vec<Channel>,
-}
+/// Frame rate of CMU's captures, in frames per second. Few AMC files contain it.
+pub const USUAL_RATE: f64 = 120.0;
 
-/// An ASF file: a skeleton, and the axes about which motions rotate its bones.
+/// An ASF file: a skeleton, and the axes about which motions rotate its bones. Each bone has a joint at its start. Each bone without children
+/// also has an end site at its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AsfFile {
-    /// Bones, the root first.
-    bones: Vec<Bone>,
-    /// Bones without children, but the root.
-    leaves: Vec<usize>,
+    /// The bones' joints, the root first, then the end sites.
+    joints: Vec<ChannelJoint>,
     /// Whether angles are in degrees, unless the motion says otherwise.
     degrees: bool,
-    /// Offset that is added to the root's position.
-    position: DVec3,
 }
 
 impl AsfFile {
@@ -154,30 +140,56 @@ impl AsfFile {
         reader.finish(end)
     }
 
-    /// The skeleton in metres, if `metres_per_unit` is correct. Each bone has a joint at its start.
-    /// Each bone without children also has an end site at its end.
+    /// Parses the text of an AMC file: a motion of this skeleton. Its frame rate is what it names after `:SAMPLES-PER-SECOND`, or
+    /// [`USUAL_RATE`].
     ///
     /// # Errors
-    /// The scale makes an offset too large, or there are too many joints.
-    pub fn skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, SkeletonError> {
-        let offset = |along: DVec3| (along * metres_per_unit).as_vec3();
-        let joint = |bone: &Bone| Joint {
-            name: bone.name.clone(),
-            parent: bone.parent.map(|parent| JointId(parent as u16)),
-            offset: offset(
-                bone.parent
-                    .map_or(DVec3::ZERO, |parent| self.bones[parent].along),
-            ),
-            kind: JointKind::Moving,
+    /// The first error, with its line.
+    pub fn motion(&self, bytes: &[u8]) -> Result<ChannelFile, TextError> {
+        let (mut firsts, mut channels) = (HashMap::new(), 0);
+        let bones = self.joints.iter();
+        let bones = bones.filter(|joint| joint.kind == JointKind::Moving);
+        for (index, bone) in bones.enumerate() {
+            firsts.insert(&bone.name[..], (index, channels));
+            channels += bone.channels.len();
+        }
+        let mut reader = AmcReader {
+            bones: &self.joints[..firsts.len()],
+            firsts,
+            file: ChannelFile {
+                joints: self.joints.clone(),
+                repeated_names: Vec::new(),
+                frame_rate: USUAL_RATE,
+                notes: Vec::new(),
+                degrees: self.degrees,
+                channels,
+                values: Vec::new(),
+            },
+            seen: Vec::new(),
+            frames: 0,
+            number: 0,
+            missing: 0,
+            held: None,
+            skipped: None,
         };
-        let end = |&leaf: &usize| Joint {
-            name: format!("{}_End", self.bones[leaf].name),
-            parent: Some(JointId(leaf as u16)),
-            offset: offset(self.bones[leaf].along),
-            kind: JointKind::EndSite,
-        };
-        let ends = self.leaves.iter().map(end);
-        Skeleton::new(self.bones.iter().map(joint).chain(ends).collect())
+        let (number, text) = (1, "");
+        let mut end = Line { number, text };
+        for line in lines(bytes)? {
+            reader.line(line)?;
+            end = line;
+        }
+        reader.end_frame();
+        if reader.frames == 0 {
+            return Err(end.missing("frames"));
+        }
+        let mut file = reader.file;
+        file.notes.extend(reader.held.map(|(bone, frame, count)| {
+            format!("frames leave out bones, which keep their values: {count} times, first \"{bone}\" in frame {frame}")
+        }));
+        file.notes.extend(reader.skipped.map(|(frame, count)| {
+            format!("{count} frames are missing, the first after frame {frame}: they are filled")
+        }));
+        Ok(file)
     }
 }
 
@@ -302,37 +314,46 @@ impl<'a> AsfReader<'a> {
             let name = &parts[loose].name;
             return Err(end.error(format!("bone \"{name}\" does not hang on the root")));
         }
+        let along = |index: usize| parts[index].direction.normalize_or_zero() * parts[index].length;
         let bone = |&index: &usize| {
             let part = &parts[index];
-            let axes = part.axis.unwrap_or([0, 1, 2]).into_iter();
-            let turns = axes.map(|axis| turn(axis, part.angles[axis], self.degrees));
-            Bone {
+            let turns = part.axis.unwrap_or([0, 1, 2]).into_iter().map(|axis| {
+                let angle = part.angles[axis];
+                let angle = if self.degrees {
+                    angle.to_radians()
+                } else {
+                    angle
+                };
+                DQuat::from_axis_angle(DVec3::AXES[axis], angle)
+            });
+            ChannelJoint {
                 name: part.name.clone(),
                 parent: parents[index].and_then(place),
-                along: part.direction.normalize_or_zero() * part.length,
-                axes: turns.fold(DQuat::IDENTITY, |so_far, turn| turn * so_far),
-                freedoms: part.freedoms.clone(),
+                offset: parents[index].map_or(part.position, along),
+                kind: JointKind::Moving,
+                channels: part.freedoms.clone(),
+                axes: Some(turns.fold(DQuat::IDENTITY, |so_far, turn| turn * so_far)),
             }
         };
-        let bones: Vec<Bone> = order.iter().map(bone).collect();
-        let is_leaf = |&bone: &usize| bones.iter().all(|other| other.parent != Some(bone));
-        let file = AsfFile {
-            leaves: (1..bones.len()).filter(is_leaf).collect(),
-            bones,
-            degrees: self.degrees,
-            position: parts[0].position,
+        let end_site = |(place, &index): (usize, &usize)| ChannelJoint {
+            name: format!("{}_End", parts[index].name),
+            parent: Some(place),
+            offset: along(index),
+            kind: JointKind::EndSite,
+            channels: Vec::new(),
+            axes: None,
         };
-        match file.skeleton(1.0) {
-            Ok(_) => Ok(file),
+        let is_leaf = |&(_, index): &(usize, &usize)| !parents.contains(&Some(*index));
+        let leaves = order.iter().enumerate().skip(1).filter(is_leaf);
+        let joints: Vec<_> = order.iter().map(bone).chain(leaves.map(end_site)).collect();
+        match skeleton_of(&joints, 1.0) {
+            Ok(_) => Ok(AsfFile {
+                joints,
+                degrees: self.degrees,
+            }),
             Err(error) => Err(end.error(error.to_string())),
         }
     }
-}
-
-/// Rotation about an axis, 0 to 2.
-fn turn(axis: usize, angle: f64, degrees: bool) -> DQuat {
-    let angle = if degrees { angle.to_radians() } else { angle };
-    DQuat::from_axis_angle(DVec3::AXES[axis], angle)
 }
 
 /// Parses an order of axes, for example `XYZ`.
@@ -370,136 +391,12 @@ fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Channel>, TextError> {
     Ok(found)
 }
 
-/// An AMC file: a motion of the skeleton of an [`AsfFile`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct AmcFile {
-    degrees: bool,
-    /// Number of values in a frame.
-    channels: usize,
-    /// Values, frame by frame and bone by bone.
-    values: Vec<f64>,
-    /// Frame rate that the file names after `:SAMPLES-PER-SECOND`, in frames per second.
-    pub rate: Option<f64>,
-    /// What was left out or filled, one line each.
-    pub notes: Vec<String>,
-}
-
-impl AmcFile {
-    /// Frame rate of CMU's captures, in frames per second. Few AMC files contain it.
-    pub const USUAL_RATE: f64 = 120.0;
-
-    /// Parses a motion of `skeleton`.
-    ///
-    /// # Errors
-    /// The first error, with its line.
-    pub fn parse(skeleton: &AsfFile, bytes: &[u8]) -> Result<Self, TextError> {
-        let mut firsts = HashMap::new();
-        let mut channels = 0;
-        for (index, bone) in skeleton.bones.iter().enumerate() {
-            firsts.insert(bone.name.as_str(), (index, channels));
-            channels += bone.freedoms.len();
-        }
-        let mut reader = AmcReader {
-            bones: &skeleton.bones,
-            firsts,
-            file: Self {
-                degrees: skeleton.degrees,
-                channels,
-                values: Vec::new(),
-                rate: None,
-                notes: Vec::new(),
-            },
-            seen: Vec::new(),
-            frames: 0,
-            number: 0,
-            missing: 0,
-            held: None,
-            skipped: None,
-        };
-        let (number, text) = (1, "");
-        let mut end = Line { number, text };
-        for line in lines(bytes)? {
-            reader.line(line)?;
-            end = line;
-        }
-        reader.end_frame();
-        if reader.frames == 0 {
-            return Err(end.missing("frames"));
-        }
-        let mut file = reader.file;
-        file.notes.extend(reader.held.map(|(bone, frame, count)| {
-            format!("frames leave out bones, which keep their values: {count} times, first \"{bone}\" in frame {frame}")
-        }));
-        file.notes.extend(reader.skipped.map(|(frame, count)| {
-            format!("{count} frames are missing, the first after frame {frame}: they are filled")
-        }));
-        Ok(file)
-    }
-
-    /// Number of frames, at least 1.
-    #[must_use]
-    pub fn frames(&self) -> usize {
-        self.values.len() / self.channels
-    }
-
-    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`], in metres, with the positions of all joints.
-    ///
-    /// # Panics
-    /// There is no such frame.
-    pub fn pose(&self, skeleton: &AsfFile, frame: usize, metres_per_unit: f64, out: &mut Pose) {
-        out.rotations.clear();
-        out.translations.clear();
-        let mut values = self.values[frame * self.channels..][..self.channels].iter();
-        for bone in &skeleton.bones {
-            let (mut rotation, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
-            for (freedom, &value) in bone.freedoms.iter().zip(&mut values) {
-                match *freedom {
-                    Channel::Rotation(axis) => {
-                        rotation = turn(axis, value, self.degrees) * rotation;
-                    }
-                    Channel::Position(axis) => place[axis] = value,
-                    Channel::Scale(_) => {}
-                }
-            }
-            let rotation = bone.axes * rotation * bone.axes.conjugate();
-            out.rotations.push(rotation.normalize().as_quat());
-            let offset = match bone.parent {
-                Some(parent) => skeleton.bones[parent].along + bone.axes * place,
-                None => place + skeleton.position,
-            };
-            out.translations.push((offset * metres_per_unit).as_vec3());
-        }
-        for &leaf in &skeleton.leaves {
-            out.rotations.push(Quat::IDENTITY);
-            let offset = skeleton.bones[leaf].along * metres_per_unit;
-            out.translations.push(offset.as_vec3());
-        }
-        out.root = out.translations[0];
-    }
-
-    /// Skeleton and motion, in metres. The frame rate of CMU's captures is [`Self::USUAL_RATE`].
-    ///
-    /// # Errors
-    /// The scale makes a length too large, the frame rate is invalid, or there are more than [`MOST_ENTRIES`] frames times joints.
-    pub fn motion(
-        &self,
-        file: &AsfFile,
-        name: &str,
-        metres_per_unit: f64,
-        frame_rate: f64,
-    ) -> Result<(Skeleton, Clip), FileError> {
-        let skeleton = file.skeleton(metres_per_unit).map_err(ClipError::from)?;
-        let pose = |frame, pose: &mut Pose| self.pose(file, frame, metres_per_unit, pose);
-        motion_of_poses(skeleton, name, frame_rate, self.frames(), pose)
-    }
-}
-
 /// State of the parser.
 struct AmcReader<'a> {
-    bones: &'a [Bone],
+    bones: &'a [ChannelJoint],
     /// For each bone, its index and its first value in a frame.
     firsts: HashMap<&'a str, (usize, usize)>,
-    file: AmcFile,
+    file: ChannelFile,
     /// Bones that the current frame has values for.
     seen: Vec<bool>,
     frames: usize,
@@ -523,7 +420,7 @@ impl AmcReader<'_> {
                 let word = line.words().nth(1);
                 let rate = Some(line.number(word)?).filter(|rate| AMC_RATES.contains(rate));
                 let expected = || line.expected("a frame rate", word);
-                self.file.rate = Some(rate.ok_or_else(expected)?);
+                self.file.frame_rate = rate.ok_or_else(expected)?;
             }
             keyword if keyword.starts_with(':') => {}
             number if number.bytes().all(|byte| byte.is_ascii_digit()) => {
@@ -552,7 +449,7 @@ impl AmcReader<'_> {
         if std::mem::replace(&mut self.seen[index], true) {
             return Err(line.twice(name));
         }
-        let expected = self.bones[index].freedoms.len();
+        let expected = self.bones[index].channels.len();
         let found = line.words().count() - 1;
         if found != expected {
             let frame = self.frames;
@@ -595,7 +492,7 @@ impl AmcReader<'_> {
     /// Notes the moving bones that the frame has no values for, and fills the missing frames before it. Angles take the shorter way.
     fn end_frame(&mut self) {
         let pairs = self.seen.iter().zip(self.bones);
-        for (_, bone) in pairs.filter(|(seen, bone)| !**seen && !bone.freedoms.is_empty()) {
+        for (_, bone) in pairs.filter(|(seen, bone)| !**seen && !bone.channels.is_empty()) {
             let first = || (bone.name.clone(), self.number, 0);
             self.held.get_or_insert_with(first).2 += 1;
         }
@@ -607,7 +504,7 @@ impl AmcReader<'_> {
             true => 360.0,
             false => std::f64::consts::TAU,
         };
-        let freedoms = self.bones.iter().flat_map(|bone| &bone.freedoms);
+        let freedoms = self.bones.iter().flat_map(|bone| &bone.channels);
         let last = self.file.values.len() - channels;
         let before = last - (missing + 1) * channels;
         for (channel, freedom) in freedoms.enumerate() {

@@ -38,10 +38,10 @@ impl AttackFile {
         }
         let Stored { attacks } = parse_json(text)?;
         if attacks.is_empty() {
-            return Err(FileError::NoAttack);
+            return Err(FileError::invalid("the file holds no attack"));
         }
         let attack = |(attack, stored): (usize, StoredAttack)| {
-            let wrong = |error| FileError::entry(format!("attack {attack}"), error);
+            let wrong = |error| FileError::part(format!("attack {attack}"), error);
             Attack::new(stored.spheres).map_err(wrong)
         };
         let attacks = attacks.into_iter().enumerate().map(attack);

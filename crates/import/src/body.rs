@@ -50,7 +50,7 @@ impl BodyFile {
         let spheres = spheres.or(body.map(|body| body.spheres));
         let spheres = spheres.unwrap_or_default();
         if spheres.is_empty() {
-            return Err(FileError::NoSphere);
+            return Err(FileError::invalid("the file holds no sphere"));
         }
         for (index, entry) in spheres.iter().enumerate() {
             let (offset, radius, furthest) = (entry.offset, entry.radius, Skeleton::FURTHEST);
@@ -123,11 +123,16 @@ impl BodyFile {
 
 impl BodyEntry {
     fn wrong(&self, sphere: usize, problem: String) -> FileError {
-        FileError::entry(
+        FileError::part(
             format!("sphere {sphere} (joint \"{}\")", self.joint),
             problem,
         )
     }
+}
+
+/// A file of joints or masses names a joint that the skeleton does not have.
+pub(crate) fn unknown_joint(name: &str) -> FileError {
+    FileError::Invalid(format!("the skeleton has no joint \"{name}\""))
 }
 
 /// A file of joint masses: `{"masses": {"LeftArm": 2.1, ...}}`, in kilograms. A joint's mass is
@@ -154,12 +159,10 @@ impl MassFile {
     pub fn resolve(&self, skeleton: &Skeleton) -> Result<Masses, FileError> {
         let mut masses = vec![0.0; skeleton.len()];
         for (joint, &kilograms) in &self.masses {
-            let id = skeleton
-                .find(joint)
-                .ok_or_else(|| FileError::UnknownJoint(joint.clone()))?;
+            let id = skeleton.find(joint).ok_or_else(|| unknown_joint(joint))?;
             if !(kilograms.is_finite() && kilograms >= 0.0) {
                 let problem = format!("a mass of {kilograms} kg is not possible");
-                return Err(FileError::entry(format!("joint \"{joint}\""), problem));
+                return Err(FileError::part(format!("joint \"{joint}\""), problem));
             }
             masses[id.index()] = kilograms;
         }

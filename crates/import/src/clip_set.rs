@@ -5,6 +5,7 @@ use crate::error::{FileError, shortened};
 use crate::figure::{describe, settle_bones, settle_places, settle_sides};
 use crate::file::clip_name;
 use crate::motion_file::{MotionFile, check_options, doubtful_stature, is_motion_file, turned};
+use crate::retarget::not_retargeted;
 use crate::units::Stance;
 use crate::{
     ClipEvents, EventsFile, LoadedClip, ReadError, ReadOptions, STATURE_FACTOR, Scale, ScaleSource,
@@ -61,29 +62,36 @@ pub fn read_clips(
     let mut seen = HashMap::new();
     for path in &files {
         if let Some(first) = seen.insert(clip_name(path), path) {
-            let error = FileError::DuplicateClip(first.clone());
+            let problem = "a second clip of that name; the first is";
+            let error = FileError::Invalid(format!("{problem} {}", first.display()));
             return Err(ReadError::in_file(path)(error));
         }
     }
-    let (loaded, mut failed) = load_all(&files, options);
+    let mut loaded = load_all(&files, options);
     let used = match options.keep_going || options.retarget {
         true => largest_group(&loaded),
-        false => loaded.first().map(|first| &first.motion.skeleton),
+        false => motions(&loaded).next().map(|(_, motion)| &motion.skeleton),
     };
-    let (loaded, others) = match used.cloned() {
-        Some(used) => on_skeleton(loaded, &used, &files, options.retarget),
-        None => (loaded, Vec::new()),
-    };
-    failed.extend(others);
+    if let Some(used) = used.cloned() {
+        put_on_skeleton(&mut loaded, &used, &files, options.retarget);
+    }
     let labels = events.map_or_else(|| Ok(EventsFile::default()), EventsFile::read);
-    let (loaded, others) = resolve_own(loaded, &files, labels.as_ref().ok());
-    failed.extend(others);
-    failed.sort_by_key(|&(file, _)| file);
-    failed.dedup_by_key(|&mut (file, _)| file);
-    let names = failed.iter().map(|&(file, _)| clip_name(&files[file]));
-    let names: Vec<String> = names.collect();
-    let mut errors: Vec<ReadError> = failed.into_iter().map(|(_, error)| error).collect();
-    let goes_on = options.keep_going && !loaded.is_empty();
+    resolve_own(&mut loaded, &files, labels.as_ref().ok());
+    // A file that failed has one error, however many motions it has.
+    let (mut used, mut names, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+    for (file, one) in loaded {
+        match one {
+            Ok(motion) => used.push((file, motion)),
+            Err(error) => {
+                let name = clip_name(&files[file]);
+                if names.last() != Some(&name) {
+                    names.push(name);
+                    errors.push(error);
+                }
+            }
+        }
+    }
+    let goes_on = options.keep_going && !used.is_empty();
     if !goes_on && !errors.is_empty() {
         return Err(match errors.len() {
             1 => errors.remove(0),
@@ -94,7 +102,7 @@ pub fn read_clips(
         });
     }
     let mut labels = labels?;
-    let Some(Loaded { file, motion, .. }) = loaded.first() else {
+    let Some((file, (motion, _))) = used.first() else {
         return Err(ReadError::NoPaths);
     };
     let (first_path, up) = (&files[*file], motion.up);
@@ -116,24 +124,24 @@ pub fn read_clips(
         ));
     }
     set.warnings.extend(turned(up, options));
-    for one in loaded {
+    for (file, (motion, events)) in used {
         // The file that shows best how a joint above the body carries the path.
         let shows = |skeleton: &Skeleton| {
             let carrier = skeleton.file_joints()?.carrier?;
             Some(u8::from(carrier.turns) + u8::from(carrier.rises))
         };
-        if shows(&one.motion.skeleton) > shows(&set.skeleton)
-            && let Some(file) = one.motion.skeleton.file_joints().cloned()
+        if shows(&motion.skeleton) > shows(&set.skeleton)
+            && let Some(file) = motion.skeleton.file_joints().cloned()
             && let Some(skeleton) = set.skeleton.clone().with_file(file)
         {
             set.skeleton = skeleton;
         }
-        set.warn_of_bones(&files[one.file], &one.motion.skeleton);
-        set.note(one.motion.clip.name(), one.motion.notes);
+        set.warn_of_bones(&files[file], &motion.skeleton);
+        set.note(motion.clip.name(), motion.notes);
         let clip = set.clips.len();
         set.events
-            .extend(one.events.into_iter().map(|event| Event { clip, ..event }));
-        set.add(one.motion.clip, one.motion.scale);
+            .extend(events.into_iter().map(|event| Event { clip, ..event }));
+        set.add(motion.clip, motion.scale);
     }
     settle_bones(&mut set.skeleton, &mut set.clips).map_err(ReadError::in_file(first_path))?;
     let (sides, note) = settle_sides(&mut set.skeleton, &set.clips);
@@ -251,7 +259,8 @@ fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError
             }
         }
         if inside.is_empty() {
-            return Err(ReadError::in_file(path)(FileError::NoClips));
+            let error = FileError::invalid("no motion file (BVH, AMC, glTF, FBX) there");
+            return Err(ReadError::in_file(path)(error));
         }
         inside.sort();
         files.append(&mut inside);
@@ -259,80 +268,70 @@ fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError
     Ok((files, passed_over))
 }
 
-/// A motion of a file.
-struct Loaded {
-    file: usize,
-    motion: LoadedClip,
-    /// Events of the file itself that are used. Their clip is not set.
-    events: Vec<Event>,
+/// A motion by the index of its file, with the events of the file itself that are used, whose clip is not set; or the reason why the file, or
+/// this motion of it, cannot be used. Those of a file follow each other.
+pub(crate) type Loaded = (usize, Result<(LoadedClip, Vec<Event>), ReadError>);
+
+/// The motions that can be used, with the index of their files.
+fn motions(loaded: &[Loaded]) -> impl Iterator<Item = (usize, &LoadedClip)> {
+    let all = loaded.iter();
+    all.filter_map(|(file, one)| Some((*file, &one.as_ref().ok()?.0)))
 }
 
-/// Index of a file that cannot be used, and the reason.
-type Failed = (usize, ReadError);
-
-/// The motions of the used skeleton. Those of other skeletons are put on it, or have failed.
-fn on_skeleton(
-    loaded: Vec<Loaded>,
-    used: &Skeleton,
-    files: &[PathBuf],
-    retarget: bool,
-) -> (Vec<Loaded>, Vec<Failed>) {
-    let differences = |one: &Loaded| used.differences(&one.motion.skeleton);
-    let first = loaded.iter().find(|one| differences(one).is_empty());
-    let first = first.map_or_else(PathBuf::new, |first| files[first.file].clone());
+/// Puts motions of other skeletons on the used one, or refuses them.
+fn put_on_skeleton(loaded: &mut [Loaded], used: &Skeleton, files: &[PathBuf], retarget: bool) {
+    let is_used = |(_, own): &(usize, &LoadedClip)| used.differences(&own.skeleton).is_empty();
+    let first = motions(loaded).find(is_used);
+    let first = first.map_or_else(PathBuf::new, |(file, _)| files[file].clone());
     let put = in_parallel(0, loaded.len(), |index| {
-        let joints = differences(&loaded[index]);
+        let (motion, _) = loaded[index].1.as_ref().ok()?;
+        let joints = used.differences(&motion.skeleton);
         if joints.is_empty() {
-            return Ok(None);
+            return None;
         }
         let first = first.clone();
         if !retarget {
-            return Err(FileError::SkeletonDiffers { first, joints });
+            return Some(Err(FileError::SkeletonDiffers { first, joints }));
         }
-        let mut motion = loaded[index].motion.clone();
+        let mut motion = motion.clone();
         let clip = std::slice::from_mut(&mut motion.clip);
-        settle_bones(&mut motion.skeleton, clip).map_err(FileError::Retargeted)?;
-        motion.retargeted(used, first).map(Some)
+        let settled = settle_bones(&mut motion.skeleton, clip).map_err(not_retargeted);
+        Some(settled.and_then(|()| motion.retargeted(used, first)))
     });
-    let (mut kept, mut failed) = (Vec::new(), Vec::new());
-    for (one, put) in loaded.into_iter().zip(put) {
-        match put {
-            Ok(None) => kept.push(one),
-            Ok(Some(motion)) => kept.push(Loaded { motion, ..one }),
-            Err(error) => failed.push((one.file, ReadError::in_file(&files[one.file])(error))),
+    for ((file, one), put) in loaded.iter_mut().zip(put) {
+        if let Some(put) = put {
+            let put = put.map(|motion| (motion, Vec::new()));
+            *one = put.map_err(ReadError::in_file(&files[*file]));
         }
     }
-    (kept, failed)
 }
 
 /// Resolves the events in the files themselves, of the clips that the events file does not name. Files with invalid events have failed, with
 /// all their motions.
-fn resolve_own(
-    mut loaded: Vec<Loaded>,
-    files: &[PathBuf],
-    labels: Option<&EventsFile>,
-) -> (Vec<Loaded>, Vec<Failed>) {
-    let mut failed: Vec<Failed> = Vec::new();
-    for one in &mut loaded {
-        let file = one.motion.clip.name().to_owned();
-        let events = std::mem::take(&mut one.motion.events);
+fn resolve_own(loaded: &mut Vec<Loaded>, files: &[PathBuf], labels: Option<&EventsFile>) {
+    let mut failed = Vec::new();
+    for (index, one) in loaded.iter_mut() {
+        let Ok((motion, own)) = one else { continue };
+        let file = motion.clip.name().to_owned();
+        let events = std::mem::take(&mut motion.events);
         if events.is_empty() || labels.is_some_and(|labels| labels.names(&file)) {
             continue;
         }
-        let own = EventsFile {
-            clips: vec![ClipEvents { file, events }],
-        };
-        let clip = std::slice::from_ref(&one.motion.clip);
-        let resolved = own
-            .check_names(&one.motion.repeated_names)
-            .and_then(|()| own.resolve(clip, &one.motion.skeleton));
-        match resolved.map_err(ReadError::in_file(&files[one.file])) {
-            Ok(events) => one.events = events,
-            Err(error) => failed.push((one.file, error)),
+        let clips = vec![ClipEvents { file, events }];
+        let entries = EventsFile { clips };
+        let clip = std::slice::from_ref(&motion.clip);
+        let resolved = entries
+            .check_names(&motion.repeated_names)
+            .and_then(|()| entries.resolve(clip, &motion.skeleton));
+        match resolved.map_err(ReadError::in_file(&files[*index])) {
+            Ok(events) => *own = events,
+            Err(error) => {
+                failed.push(*index);
+                *one = Err(error);
+            }
         }
     }
-    loaded.retain(|one| !failed.iter().any(|&(file, _)| file == one.file));
-    (loaded, failed)
+    loaded.retain(|(file, one)| one.is_err() || !failed.contains(file));
 }
 
 /// Groups values by their skeletons, in the order of the first of each group.
@@ -352,7 +351,7 @@ fn by_skeleton<'a>(
 
 /// The skeleton that most files have; of equally frequent ones the first.
 fn largest_group(loaded: &[Loaded]) -> Option<&Skeleton> {
-    let groups = by_skeleton(loaded.iter().map(|one| (one.file, &one.motion.skeleton)));
+    let groups = by_skeleton(motions(loaded).map(|(file, motion)| (file, &motion.skeleton)));
     let files = |files: &[usize]| files.chunk_by(|a, b| a == b).count();
     // `max_by_key` returns the last maximum.
     let largest = groups.into_iter().rev();
@@ -360,44 +359,37 @@ fn largest_group(loaded: &[Loaded]) -> Option<&Skeleton> {
     largest.map(|(skeleton, _)| skeleton)
 }
 
-/// Loads all motions. Returns them and the files with errors, both in the order of the files.
-fn load_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Loaded>, Vec<Failed>) {
-    let mut failed = Vec::new();
-    let mut parsed = Vec::new();
+/// Loads all motions, in the order of the files.
+pub(crate) fn load_all(files: &[PathBuf], options: &ReadOptions) -> Vec<Loaded> {
+    let (mut loaded, mut parsed): (Vec<Loaded>, _) = (Vec::new(), Vec::new());
     let parse = |file: usize| {
-        let read = MotionFile::read(&files[file])?;
+        let read = MotionFile::read(&files[file], options)?;
         let stance = read.stance();
-        Ok((read, stance))
+        Ok(Parsed { file, read, stance })
     };
     for (file, result) in in_parallel(0, files.len(), parse).into_iter().enumerate() {
         match result {
-            Ok((read, stance)) => parsed.push(Parsed { file, read, stance }),
-            Err(error) => failed.push((file, error)),
+            Ok(one) => parsed.push(one),
+            Err(error) => loaded.push((file, Err(error))),
         }
     }
     let spaces = spaces_of_set(&parsed, files, options);
-    let to_metres = |index: usize| {
+    let motions = in_parallel(0, parsed.len(), |index| {
         let Parsed { file, read, .. } = &parsed[index];
-        let (scale, up) = match &spaces[index] {
-            Ok(space) => *space,
-            Err(_) => return Ok(Vec::new()),
-        };
-        read.to_metres(&files[*file], scale, up, options)
-    };
-    let mut loaded = Vec::new();
-    let motions = in_parallel(0, parsed.len(), to_metres);
+        let (scale, up) = *spaces[index].as_ref().ok()?;
+        Some(read.to_metres(&files[*file], scale, up))
+    });
     for ((Parsed { file, .. }, motions), space) in parsed.iter().zip(motions).zip(spaces) {
-        let file = *file;
-        match space.and(motions) {
-            Ok(motions) => loaded.extend(motions.into_iter().map(|motion| Loaded {
-                file,
-                motion,
-                events: Vec::new(),
-            })),
-            Err(error) => failed.push((file, error)),
+        match space.and_then(|_| motions.unwrap_or_else(|| Ok(Vec::new()))) {
+            Ok(motions) => {
+                let motions = motions.into_iter();
+                loaded.extend(motions.map(|motion| (*file, Ok((motion, Vec::new())))));
+            }
+            Err(error) => loaded.push((*file, Err(error))),
         }
     }
-    (loaded, failed)
+    loaded.sort_by_key(|&(file, _)| file);
+    loaded
 }
 
 /// A file that was parsed.
@@ -416,10 +408,7 @@ fn spaces_of_set(
 ) -> Vec<Result<(Scale, Up), ReadError>> {
     let all = parsed.iter().enumerate();
     let groups = by_skeleton(all.filter_map(|(at, one)| Some((at, one.stance.skeleton.as_ref()?))));
-    let alone = |one: &Parsed| {
-        let (read, stance) = (&one.read, &one.stance);
-        Ok((read.scale(stance, options), read.up(stance, options)))
-    };
+    let alone = |one: &Parsed| Ok((one.read.scale(&one.stance, options), one.stance.up(options)));
     let mut spaces: Vec<_> = parsed.iter().map(alone).collect();
     for (_, group) in groups {
         let in_metres = |&index: &usize| parsed[index].read.is_in_metres();
@@ -427,7 +416,7 @@ fn spaces_of_set(
         if let Some((common, _)) = common_stance(parsed, &in_metres) {
             for index in in_metres {
                 let Parsed { read, stance, .. } = &parsed[index];
-                spaces[index] = Ok((read.scale(stance, options), read.up(&common, options)));
+                spaces[index] = Ok((read.scale(stance, options), common.up(options)));
             }
         }
         let Some((common, first)) = common_stance(parsed, &own) else {
@@ -435,7 +424,7 @@ fn spaces_of_set(
         };
         for index in own {
             let Parsed { file, read, stance } = &parsed[index];
-            let (scale, up) = (read.scale(&common, options), read.up(&common, options));
+            let (scale, up) = (read.scale(&common, options), common.up(options));
             let times = stance.reach / common.reach;
             let (own, bones) = (stance.axis(), (&stance.skeleton, &common.skeleton));
             let is_turned = || match bones {
@@ -450,7 +439,10 @@ fn spaces_of_set(
                 }
                 Some(own) if options.up.is_none() && own != up && is_turned() => {
                     let (own, up) = (own.name(), up.name());
-                    Err(FileError::UpDiffers { first, own, up })
+                    let first = first.display();
+                    Err(FileError::Invalid(format!(
+                        "its figure stands along {own}, but that of {first}, which has the same joints, along {up}: turn one of them, or bake them apart"
+                    )))
                 }
                 _ => Ok((scale, up)),
             };

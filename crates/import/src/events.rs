@@ -3,6 +3,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::motion_file::is_gltf;
+use crate::error::shortened;
 use crate::file::{composed, parse_json, read_bytes};
 use crate::{FileError, ReadError};
 use sabaki::anim::{Clip, Event, EventKind, Skeleton};
@@ -197,7 +198,7 @@ pub(super) fn several_joints(joint: &str) -> String {
 
 impl ClipEvents {
     fn wrong(&self, event: usize, problem: String) -> FileError {
-        FileError::entry(format!("\"{}\", event {event}", self.file), problem)
+        FileError::part(format!("\"{}\", event {event}", self.file), problem)
     }
 
     /// Whether a clip has this name, where one of both may have a folder.
@@ -217,16 +218,19 @@ impl ClipEvents {
         if found.is_empty() {
             found = all(&|clip| self.is_of(clip));
         }
-        let file = self.file.clone();
-        match found[..] {
-            [only] => Ok(only),
-            [] => Err(FileError::NoClip { file }),
+        let problem = match found[..] {
+            [only] => return Ok(only),
+            [] => "but there is no such clip".to_owned(),
             _ => {
                 let name = |&index: &usize| clips[index].name().to_owned();
-                let clips = found.iter().map(name).collect();
-                Err(FileError::SeveralClips { file, clips })
+                let names: Vec<String> = found.iter().map(name).collect();
+                format!("which may be any of the clips {}", shortened(&names))
             }
-        }
+        };
+        Err(FileError::Invalid(format!(
+            "events for \"{}\", {problem}",
+            self.file
+        )))
     }
 }
 

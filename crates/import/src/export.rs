@@ -39,6 +39,8 @@ pub struct ExportedAnswer<'a> {
     pub baked: &'a BakedGraph,
     /// Input of the query.
     pub request: &'a RecordedRequest,
+    /// Attack of the query, in the world of the request's playhead.
+    pub attack: &'a Attack,
     /// Answer of the query.
     pub answer: &'a Answer,
 }
@@ -66,7 +68,7 @@ pub fn write_answer(
     let [motion, facts] =
         [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
     let graph = baked.graph();
-    let (played, seconds) = whole_motion(baked, answer, &exported.request.attack);
+    let (played, seconds) = whole_motion(baked, answer, exported.attack);
     let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
     let skeleton = graph.skeleton();
     write_atomically(&motion, |file| match format {
@@ -129,6 +131,7 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
     let ExportedAnswer {
         baked,
         request,
+        attack,
         answer,
     } = exported;
     let described = answer.candidates.iter().map(|candidate| {
@@ -145,7 +148,7 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
         "clearance_time": answer.clearance().time,
         "metres_per_unit": METRES_PER_UNIT,
         "frames_per_second": SAMPLE_RATE,
-        "attack": { "spheres": request.attack.spheres() },
+        "attack": { "spheres": attack.spheres() },
         "body": BodyFile::of(baked.body(), baked.graph().skeleton()),
         "query": request,
         "answer": Chosen::of(baked, answer),
@@ -168,6 +171,7 @@ pub fn evasion_placement(
         baked,
         request,
         answer,
+        ..
     } = exported;
     let evasion = baked.evasion(candidate.evasion?)?;
     if candidate.layer.is_some() {

@@ -8,33 +8,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::{DAffine3, DMat3, DVec3};
 use serde_json::{Value, json};
-use thiserror::Error;
 use ufbx::{AnimStack, LoadOpts, Matrix, Mesh, Node, Scene, Transform};
 
-use crate::MOST_ENTRIES;
 use crate::gltf::{Buffer, ReadPurpose, animation_of};
-
-/// Reason why an FBX file cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum FbxError {
-    /// The file is damaged or no FBX file. The message is that of the parser.
-    #[error("not an FBX file that can be read: {0}")]
-    Text(String),
-    /// The file is damaged, and Assimp wrote it.
-    #[error(
-        "Assimp writes FBX files without the records that end lists of nodes, which cannot be read: export glTF from it"
-    )]
-    Assimp,
-    /// The takes would need too much memory.
-    #[error("take \"{take}\" has more than {MOST_ENTRIES} frames times nodes")]
-    TooLong {
-        /// Name of the take.
-        take: String,
-    },
-    /// The document does not fit into a GLB file.
-    #[error("{0}")]
-    TooLarge(String),
-}
+use crate::{FileError, MOST_ENTRIES};
 
 /// Part of the name that Assimp writes into its files.
 const ASSIMP: &[u8] = b"Open Asset Import Library";
@@ -43,7 +20,7 @@ const ASSIMP: &[u8] = b"Open Asset Import Library";
 const MEMORY: usize = 2 << 30;
 
 /// Converts a part of a file to GLB: its bones with either their takes or the mesh.
-pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FbxError> {
+pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FileError> {
     let mut options = LoadOpts {
         ignore_geometry: purpose == ReadPurpose::Motion,
         ignore_animation: purpose == ReadPurpose::Mesh,
@@ -63,8 +40,13 @@ pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FbxE
     let scene =
         scene.map_err(
             |error| match bytes.windows(ASSIMP.len()).any(|part| part == ASSIMP) {
-                true => FbxError::Assimp,
-                false => FbxError::Text(error.description.to_string()),
+                true => FileError::invalid(
+                    "Assimp writes FBX files without the records that end lists of nodes, which cannot be read: export glTF from it",
+                ),
+                false => {
+                    let problem = &error.description;
+                    FileError::part("not an FBX file that can be read", problem)
+                }
             },
         )?;
     let mut writer = Writer {
@@ -103,7 +85,7 @@ pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FbxE
     ];
     let mut out = Vec::new();
     let written = writer.buffer.write(&mut out, document, lists);
-    written.map_err(|error| FbxError::TooLarge(error.to_string()))?;
+    written?;
     Ok(out)
 }
 
@@ -280,7 +262,7 @@ impl Writer<'_> {
     }
 
     /// An animation for each take in which a node leaves its rest.
-    fn animations(&mut self) -> Result<Vec<Value>, FbxError> {
+    fn animations(&mut self) -> Result<Vec<Value>, FileError> {
         let scene = self.scene;
         let moving = self.moving_nodes();
         let rate = Some(scene.settings.frames_per_second)
@@ -291,9 +273,10 @@ impl Writer<'_> {
             let frames = (seconds(take) * rate).round() + 1.0;
             entries += frames * moving.len() as f64;
             if entries > MOST_ENTRIES as f64 {
-                return Err(FbxError::TooLong {
-                    take: take.element.name.to_string(),
-                });
+                let take = &take.element.name;
+                return Err(FileError::Invalid(format!(
+                    "take \"{take}\" has more than {MOST_ENTRIES} frames times nodes"
+                )));
             }
             let times: Vec<f64> = (0..frames as usize)
                 .map(|frame| frame as f64 / rate)

@@ -17,9 +17,10 @@ use sabaki::anim::{
 use sabaki::math::Rigid2;
 use serde::Deserialize;
 
+use crate::body::unknown_joint;
 use crate::error::shortened;
 use crate::file::{parse_json, read_bytes};
-use crate::{ClipSet, FileError, MOST_ENTRIES, ReadError};
+use crate::{ClipSet, ReadError};
 
 /// The part of a skeleton that is a body, below the joints that only carry it.
 pub(crate) struct Rooted {
@@ -206,28 +207,6 @@ pub(crate) fn clip_of(skeleton: &Skeleton, mut desc: ClipDesc) -> Result<Clip, C
     Clip::new(skeleton, desc)
 }
 
-/// A skeleton and a clip of it, as [`clip_of`] and [`ClipDesc::of_poses`] make it.
-///
-/// # Errors
-/// The clip is invalid, or has more than [`MOST_ENTRIES`] frames times joints.
-pub(crate) fn motion_of_poses(
-    skeleton: Skeleton,
-    name: &str,
-    frame_rate: f64,
-    frames: usize,
-    pose: impl FnMut(usize, &mut Pose),
-) -> Result<(Skeleton, Clip), FileError> {
-    let joints = skeleton.len();
-    if (frames as u64).saturating_mul(joints as u64) > MOST_ENTRIES {
-        return Err(FileError::TooManyEntries { frames, joints });
-    }
-    let clip = clip_of(
-        &skeleton,
-        ClipDesc::of_poses(name, frame_rate, frames, pose),
-    )?;
-    Ok((skeleton, clip))
-}
-
 /// A skeleton and a motion of it with other places and rotations.
 ///
 /// # Errors
@@ -361,23 +340,14 @@ impl ClipSet {
         if kept.len() == frames {
             return Ok(());
         }
-        let at = |place: &str, count: usize| match count {
-            1 => format!("the {place} frame"),
-            _ => format!("the {place} {count} frames"),
-        };
-        let left_out = match (kept.start, frames - kept.end) {
-            (first, 0) => at("first", first),
-            (0, last) => at("last", last),
-            (first, last) => format!("the first {first} and the last {last} frames"),
-        };
-        let rate = clip.frame_rate();
-        let seconds = (frames - kept.len()) as f64 / rate;
+        let (name, rate) = (clip.name(), clip.frame_rate());
+        let (first, last) = (kept.start, frames - kept.end);
+        let seconds = (first + last) as f64 / rate;
         self.warnings.push(format!(
-            "{}: left out: {left_out} ({seconds:.2} s), {what}",
-            clip.name()
+            "{name}: left out: {first} frames at the start and {last} at the end ({seconds:.2} s), {what}"
         ));
         let pose = |frame: usize, pose: &mut Pose| clip.pose(kept.start + frame, pose);
-        let desc = ClipDesc::of_poses(clip.name(), rate, kept.len(), pose);
+        let desc = ClipDesc::of_poses(name, rate, kept.len(), pose);
         self.clips[index] = clip_of(&self.skeleton, desc)?;
         let (start, most) = (kept.start as f64 / rate, self.clips[index].duration());
         for event in self.events.iter_mut().filter(|event| event.clip == index) {
@@ -563,8 +533,7 @@ impl ClipSet {
         let bytes = read_bytes(path)?;
         let file: JointsFile = parse_json(&bytes).map_err(ReadError::in_file(path))?;
         let wrong = |error: ClipError| ReadError::in_file(path)(error);
-        let unknown =
-            |name: &str| ReadError::in_file(path)(FileError::UnknownJoint(name.to_owned()));
+        let unknown = |name: &str| ReadError::in_file(path)(unknown_joint(name));
         if let Some(root) = &file.root {
             self.root_at(root)
                 .map_err(wrong)?

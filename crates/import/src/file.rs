@@ -12,12 +12,8 @@ use crate::{FileError, ReadError};
 
 /// Name of a clip: its file's name without the folder.
 pub(super) fn clip_name(path: &Path) -> String {
-    composed(
-        &path
-            .file_name()
-            .unwrap_or(path.as_os_str())
-            .to_string_lossy(),
-    )
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    composed(&name.to_string_lossy())
 }
 
 /// A name with composed characters (Unicode's form NFC), so that names of files that macOS decomposed equal those that were typed.
@@ -32,7 +28,10 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
         .read_to_end(&mut bytes)
         .map_err(ReadError::in_file(path))?;
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err(ReadError::in_file(path)(FileError::TooLarge));
+        return Err(ReadError::in_file(path)(FileError::Invalid(format!(
+            "larger than {} MB",
+            LARGEST_FILE / 1_000_000
+        ))));
     }
     Ok(bytes)
 }

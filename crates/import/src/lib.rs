@@ -6,6 +6,7 @@ pub mod asf;
 mod attacks;
 mod body;
 pub mod bvh;
+mod channels;
 mod clip_set;
 mod error;
 mod events;
@@ -26,18 +27,17 @@ mod units;
 
 pub use attacks::AttackFile;
 pub use body::{BodyEntry, BodyFile, MassFile};
+pub use channels::{Channel, ChannelFile, ChannelJoint};
 pub use clip_set::{ClipSet, motion_files, read_clips};
 pub use error::{FileError, ReadError};
 pub use events::{ClipEvents, EventEntry, EventsFile};
-#[cfg(feature = "fbx")]
-pub use fbx::FbxError;
 pub use file::{TextError, without_mark};
 pub use mirror::MirrorError;
 pub use motion_file::{
     LONGEST_CLIP, LoadedClip, MOST_ENTRIES, MeshFile, ReadOptions, SCALES, Up, clip_warnings,
     is_gltf, is_motion_file, read_bvh, read_clip, read_gltf, read_mesh, read_motions,
 };
-pub use obj::{ObjError, parse_obj, read_obj};
+pub use obj::{parse_obj, read_obj};
 pub use recording::{Chosen, RecordedRequest, Recording, RecordingError};
 pub use units::{
     LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, body_scale, held_scale, stature,

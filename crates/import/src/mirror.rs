@@ -96,11 +96,7 @@ impl Mirror {
             let (joint, twin) = (name(id), name(twins[id.index()]));
             return Err(MirrorError::Parents { joint, twin });
         }
-        if twins
-            .iter()
-            .enumerate()
-            .all(|(id, twin)| twin.index() == id)
-        {
+        if skeleton.ids().eq(twins.iter().copied()) {
             return Err(MirrorError::NoSides);
         }
         let mut mirror = Self {

@@ -8,14 +8,15 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipError, Facing, JointId, Leg, Limbs, Pose, Skeleton, body_root};
 use serde::{Deserialize, Serialize};
 
-use crate::asf::{AmcFile, AsfFile};
-use crate::bvh::BvhFile;
+use crate::asf::AsfFile;
+use crate::channels::ChannelFile;
+use crate::clip_set::{Loaded, load_all};
 use crate::error::shortened;
 use crate::figure::{Rooted, for_some_frames, mapped, settle_bones, settle_places, settle_sides};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
-use crate::{EventEntry, FileError, LengthUnit, ReadError, Scale, ScaleSource, stature};
+use crate::{EventEntry, FileError, LengthUnit, ReadError, Scale, ScaleSource, bvh, stature};
 
 /// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
 /// would exhaust memory.
@@ -41,7 +42,7 @@ pub struct ReadOptions {
     /// nearly all poses and at rest, which is a warning.
     pub up: Option<Up>,
     /// Frame rate of AMC files, in frames per second. Default `None`: the file's `:SAMPLES-PER-SECOND`, or
-    /// [`AmcFile::USUAL_RATE`](crate::asf::AmcFile::USUAL_RATE).
+    /// [`USUAL_RATE`](crate::asf::USUAL_RATE).
     pub amc_rate: Option<f64>,
     /// Leaves out files that cannot be read, and files whose skeleton differs from that of the largest group of files, instead of
     /// refusing a set of clips. Default `false`.
@@ -82,8 +83,9 @@ pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadE
         Some(only) if motions.is_empty() => Ok(only),
         last => {
             let all = motions.iter().chain(&last);
-            let names = all.map(|motion| motion.clip.name().to_owned()).collect();
-            Err(ReadError::in_file(path)(FileError::Several(names)))
+            let names: Vec<String> = all.map(|motion| motion.clip.name().to_owned()).collect();
+            let error = FileError::part("it holds several motions", shortened(&names));
+            Err(ReadError::in_file(path)(error))
         }
     }
 }
@@ -95,23 +97,21 @@ pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadE
 /// The first error, with the file and the position in it.
 pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
     check_options(options)?;
-    let file = MotionFile::read(path)?;
-    let stance = file.stance();
-    let (scale, up) = (file.scale(&stance, options), file.up(&stance, options));
-    let mut motions = file.to_metres(path, scale, up, options)?;
-    for motion in &mut motions {
+    let loaded = load_all(&[path.to_owned()], options).into_iter();
+    let settled = |(_, loaded): Loaded| {
+        let (mut motion, _) = loaded?;
         let clip = std::slice::from_mut(&mut motion.clip);
         settle_bones(&mut motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         let (_, note) = settle_sides(&mut motion.skeleton, clip);
         motion.notes.extend(note);
         let stood = settle_places(&motion.skeleton, clip).map_err(ReadError::in_file(path))?;
         motion.notes.extend(stood);
-        motion
-            .notes
-            .extend(doubtful_stature(&motion.skeleton, &motion.clip));
-        motion.notes.extend(turned(up, options));
-    }
-    Ok(motions)
+        let stature = doubtful_stature(&motion.skeleton, &motion.clip);
+        motion.notes.extend(stature);
+        motion.notes.extend(turned(motion.up, options));
+        Ok(motion)
+    };
+    loaded.map(settled).collect()
 }
 
 /// Checks that scale and frame rate are within their ranges.
@@ -125,9 +125,8 @@ pub(super) fn check_options(options: &ReadOptions) -> Result<(), ReadError> {
 
 /// A parsed motion file, in its own unit.
 pub(super) enum MotionFile {
-    Bvh(BvhFile),
+    Channels(ChannelFile),
     Gltf(Box<GltfFile>),
-    Amc(AsfFile, AmcFile),
 }
 
 /// Whether a path has one of the extensions, ignoring case.
@@ -170,8 +169,8 @@ pub fn is_motion_file(path: &Path) -> bool {
 ///
 /// # Errors
 /// The first error, with the file and the position in it.
-pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
-    BvhFile::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
+pub fn read_bvh(path: &Path) -> Result<ChannelFile, ReadError> {
+    bvh::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
 }
 
 /// Reads a glTF file in its own unit. External buffers are read from its folder.
@@ -194,8 +193,7 @@ fn beside(path: &Path) -> impl FnMut(&Path) -> Result<Vec<u8>, String> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
-    SkinnedMesh::parse(&gltf_bytes(path, ReadPurpose::Mesh)?, beside(path))
-        .map_err(ReadError::in_file(path))
+    MeshFile::read(path).map(|(_, mesh)| mesh)
 }
 
 /// A glTF file with the files beside it that its mesh needs, to be kept elsewhere.
@@ -249,10 +247,8 @@ impl MeshFile {
 fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let subject = stem.split('_').next().unwrap_or(&stem);
-    let names: Vec<String> = match stem == subject {
-        true => vec![format!("{stem}.asf")],
-        false => vec![format!("{stem}.asf"), format!("{subject}.asf")],
-    };
+    let mut names = vec![format!("{stem}.asf"), format!("{subject}.asf")];
+    names.dedup();
     let mut beside = names.iter().map(|name| path.with_file_name(name));
     if let Some(found) = beside.find(|file| file.is_file()) {
         return Ok(found);
@@ -298,7 +294,7 @@ pub(super) fn doubtful_stature(skeleton: &Skeleton, clip: &Clip) -> Option<Strin
 impl MotionFile {
     /// Reads a file whose extension determines its format. Files with other extensions are read as
     /// BVH.
-    pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
+    pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
         if is_gltf(path) {
             return Ok(Self::Gltf(Box::new(read_gltf(path)?)));
         }
@@ -306,11 +302,12 @@ impl MotionFile {
             let skeleton = skeleton_of(path)?;
             let asf = AsfFile::parse(&read_bytes(&skeleton)?);
             let asf = asf.map_err(ReadError::in_file(&skeleton))?;
-            let amc = AmcFile::parse(&asf, &read_bytes(path)?);
-            let amc = amc.map_err(ReadError::in_file(path))?;
-            return Ok(Self::Amc(asf, amc));
+            let amc = asf.motion(&read_bytes(path)?);
+            let mut amc = amc.map_err(ReadError::in_file(path))?;
+            amc.frame_rate = options.amc_rate.unwrap_or(amc.frame_rate);
+            return Ok(Self::Channels(amc));
         }
-        Ok(Self::Bvh(read_bvh(path)?))
+        Ok(Self::Channels(read_bvh(path)?))
     }
 
     /// How the figure stands in the file.
@@ -319,17 +316,15 @@ impl MotionFile {
             return Stance::default();
         };
         let poses = match self {
-            Self::Bvh(file) => sampled(file.frames(), |frame, pose| file.pose(frame, 1.0, pose)),
+            Self::Channels(file) => {
+                sampled(file.frames(), |frame, pose| file.pose(frame, 1.0, pose))
+            }
             Self::Gltf(file) => {
                 let clips = file.animations.iter().map(|animation| &animation.clip);
                 let of_clip =
                     |clip: &Clip| sampled(clip.frames(), |frame, pose| clip.pose(frame, pose));
                 clips.flat_map(of_clip).collect()
             }
-            Self::Amc(asf, amc) => sampled(amc.frames(), |frame, pose| {
-                amc.pose(asf, frame, 1.0, pose);
-                pose.translations.clear();
-            }),
         };
         let mut rest = Pose::at_rest(&skeleton, Vec3::ZERO);
         if let Self::Gltf(file) = self {
@@ -357,42 +352,11 @@ impl MotionFile {
         }
     }
 
-    /// The axis that is up.
-    pub(super) fn up(&self, stance: &Stance, options: &ReadOptions) -> Up {
-        match options.up {
-            Some(up) => up,
-            None => stance.axis().unwrap_or_default(),
-        }
-    }
-
-    fn repeated_names(&self) -> &[String] {
-        match self {
-            Self::Bvh(file) => &file.repeated_names,
-            Self::Gltf(file) => &file.repeated_names,
-            // Two bones of one name are an error there.
-            Self::Amc(..) => &[],
-        }
-    }
-
-    /// Doubtful contents of the file, one line each.
-    fn notes(&self) -> Vec<String> {
-        let mut notes = match self {
-            Self::Bvh(file) => file.notes(),
-            Self::Gltf(file) => file.notes.clone(),
-            Self::Amc(_, amc) => amc.notes.clone(),
-        };
-        notes.extend(self.repeated_names().iter().map(|name| {
-            format!("several joints are called \"{name}\": the later ones are read as \"{name}_2\" and so on")
-        }));
-        notes
-    }
-
     /// Skeleton, in the file's unit.
     pub(super) fn skeleton(&self) -> Option<Skeleton> {
         match self {
-            Self::Bvh(file) => file.skeleton(1.0).ok(),
+            Self::Channels(file) => file.skeleton(1.0).ok(),
             Self::Gltf(file) => Some(file.skeleton.clone()),
-            Self::Amc(asf, _) => asf.skeleton(1.0).ok(),
         }
     }
 
@@ -403,13 +367,14 @@ impl MotionFile {
         path: &Path,
         scale: Scale,
         up: Up,
-        options: &ReadOptions,
     ) -> Result<Vec<LoadedClip>, ReadError> {
         let name = clip_name(path);
         let metres = scale.metres_per_unit;
         let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), FileError>| {
             if seconds > LONGEST_CLIP {
-                return Err(FileError::TooLong(seconds));
+                return Err(FileError::Invalid(format!(
+                    "the motion lasts {seconds} s; {LONGEST_CLIP} s is the most"
+                )));
             }
             let (mut skeleton, mut clip) = motion()?;
             let turn = up.turn();
@@ -431,7 +396,14 @@ impl MotionFile {
             if let Some(rooted) = Rooted::of(&skeleton).map_err(ClipError::from)? {
                 (skeleton, clip) = rooted.clip(&skeleton, &clip)?;
             }
-            let mut notes = self.notes();
+            let (notes, repeated_names) = match self {
+                Self::Channels(file) => (&file.notes, &file.repeated_names),
+                Self::Gltf(file) => (&file.notes, &file.repeated_names),
+            };
+            let mut notes = notes.clone();
+            notes.extend(repeated_names.iter().map(|name| {
+                format!("several joints are called \"{name}\": the later ones are read as \"{name}_2\" and so on")
+            }));
             if self.is_in_metres()
                 && matches!(scale.found, ScaleSource::Unit(_) | ScaleSource::Stature)
             {
@@ -451,12 +423,12 @@ impl MotionFile {
                 scale,
                 up,
                 events: Vec::new(),
-                repeated_names: self.repeated_names().to_vec(),
+                repeated_names: repeated_names.clone(),
             })
         };
         let motions = match self {
-            Self::Bvh(file) => {
-                let seconds = (file.frames() - 1) as f64 * file.frame_time;
+            Self::Channels(file) => {
+                let seconds = (file.frames() - 1) as f64 / file.frame_rate;
                 loaded(seconds, &|| file.motion(&name, metres)).map(|only| vec![only])
             }
             Self::Gltf(file) => {
@@ -471,13 +443,6 @@ impl MotionFile {
                     Ok(loaded)
                 };
                 file.animations.iter().map(load).collect()
-            }
-            Self::Amc(asf, amc) => {
-                let rate = options.amc_rate.or(amc.rate);
-                let rate = rate.unwrap_or(AmcFile::USUAL_RATE);
-                let seconds = (amc.frames() - 1) as f64 / rate;
-                let motion = || amc.motion(asf, &name, metres, rate);
-                loaded(seconds, &motion).map(|only| vec![only])
             }
         };
         motions.map_err(ReadError::in_file(path))

@@ -8,8 +8,7 @@ use crate::file::{parse_json, read_bytes};
 use crate::{ReadError, TextError};
 use sabaki::anim::Warp;
 use sabaki::archive;
-use sabaki::graph::Layer;
-use sabaki::graph::{EdgeId, Playhead};
+use sabaki::graph::{EdgeId, Layer, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
     Answer, Attack, AttackError, EnteredAt, Evaluation, Query, QueryContext, QuerySettings,
@@ -46,30 +45,18 @@ pub enum RecordingError {
     Unnamed(String),
 }
 
-/// The input of a query. Together with the graph it determines the answer. Files store the attack apart from the rest.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// The input of a query beside its attack. Together with the graph they determine the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedRequest {
     /// Checksum of the graph ([`archive::checksum`]).
     pub graph: u32,
     /// Playhead of the character at the query.
     pub playhead: Playhead,
-    /// Attack, in the world of the playhead.
-    #[serde(skip)]
-    pub attack: Attack,
     /// Settings of the query.
     pub settings: QuerySettings,
     /// Which candidates are tested exactly.
     #[serde(rename = "judging")]
     pub evaluation: Evaluation,
-}
-
-/// A [`RecordedRequest`] without its attack.
-#[derive(Deserialize)]
-struct StoredRequest {
-    graph: u32,
-    playhead: Playhead,
-    settings: QuerySettings,
-    judging: Evaluation,
 }
 
 /// The identifying data of an answer, which are compared bit by bit.
@@ -101,6 +88,8 @@ pub struct Chosen {
 pub struct Recording {
     /// Input of the query.
     pub request: RecordedRequest,
+    /// Attack, in the world of the playhead.
+    pub attack: Attack,
     /// Answer of the query.
     pub chosen: Chosen,
 }
@@ -108,7 +97,7 @@ pub struct Recording {
 #[derive(Deserialize)]
 struct File {
     attack: StoredAttack,
-    query: StoredRequest,
+    query: RecordedRequest,
     answer: Chosen,
 }
 
@@ -148,15 +137,11 @@ impl Recording {
             query,
             answer,
         } = parse_json(text)?;
-        let request = RecordedRequest {
-            graph: query.graph,
-            playhead: query.playhead,
+        Ok(Self {
+            request: query,
             attack: Attack::new(attack.spheres)?,
-            settings: query.settings,
-            evaluation: query.judging,
-        };
-        let chosen = answer;
-        Ok(Self { request, chosen })
+            chosen: answer,
+        })
     }
 
     /// Reads a file.
@@ -189,7 +174,7 @@ impl Recording {
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let request = Request {
             evaluation: self.request.evaluation,
-            ..Request::new(self.request.playhead, &self.request.attack)
+            ..Request::new(self.request.playhead, &self.attack)
         };
         let mut session = Query::checked(baked, &settings)?.start(request, &mut context);
         session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);

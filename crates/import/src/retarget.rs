@@ -10,14 +10,15 @@
 //! where a dash marks the skeleton that the motion is put on. Bones then have the directions of the captured ones in each frame, whatever the rest poses
 //! are. Lengths are those of the new skeleton: what this moves is measured.
 //!
-//! Differs: the path is that of the anchor, a joint that both have, in most files the root. A joint without a joint of its name in the file keeps its rest rotation; so does a root, in the space of the motion.
+//! Differs: the roots are paired whatever their names. Another joint without a joint of its name in the file keeps its rest rotation.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 
 use glam::{DMat3, Quat, Vec3};
 use sabaki::anim::{
-    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+    Clip, ClipDesc, ClipError, JointId, JointKind, JointTransform, Pose, Skeleton,
+    forward_kinematics,
 };
 
 use crate::LoadedClip;
@@ -33,10 +34,8 @@ struct Retargeter<'a> {
     to: &'a Skeleton,
     /// Joint of `from` for each joint of `to`.
     twins: Vec<Option<JointId>>,
-    /// Whether the roots are paired although neither has a joint of its name.
+    /// Whether the roots are paired although that of `to` has no joint of its name.
     pairs_roots: bool,
-    /// Joint of `to` that is put where its twin is: its root, or the joint with the most twins below it.
-    anchor: JointId,
     /// Rotation from the rest directions of `to` to those of `from`, for each joint of `to`.
     adjustments: Vec<Quat>,
 }
@@ -55,7 +54,7 @@ impl LoadedClip {
         }
         let scale = retargeter.scale(&self.clip);
         let (desc, mean, most) = retargeter.motion(&self.clip, scale);
-        let clip = Clip::new(to, desc).map_err(FileError::Retargeted)?;
+        let clip = Clip::new(to, desc).map_err(not_retargeted)?;
         let note = format!(
             "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{}",
             100.0 * mean,
@@ -81,11 +80,16 @@ impl LoadedClip {
     }
 }
 
+/// The motion is invalid on the skeleton of the others, for example because its root is too far away there.
+pub(crate) fn not_retargeted(error: ClipError) -> FileError {
+    FileError::part("on the skeleton of the other files", error)
+}
+
 impl<'a> Retargeter<'a> {
     fn new(motion: &'a LoadedClip, to: &'a Skeleton) -> Self {
         let from = &motion.skeleton;
         let mut twins = by_name(from, to);
-        let pairs_roots = twins[0].is_none() && !twins.contains(&Some(JointId::ROOT));
+        let pairs_roots = twins[0].is_none();
         if pairs_roots {
             twins[0] = Some(JointId::ROOT);
         }
@@ -94,11 +98,9 @@ impl<'a> Retargeter<'a> {
             to,
             twins,
             pairs_roots,
-            anchor: JointId::ROOT,
             adjustments: Vec::new(),
         };
         let below = retargeter.nearest_below();
-        retargeter.anchor = retargeter.find_anchor();
         for id in to.ids() {
             let above = to.joint(id).parent;
             let inherited = above.map_or(Quat::IDENTITY, |p| retargeter.adjustments[p.index()]);
@@ -160,21 +162,6 @@ impl<'a> Retargeter<'a> {
         below
     }
 
-    /// The joint with a twin that has the most twins below it, which is the root if that has one.
-    fn find_anchor(&self) -> JointId {
-        let mut counts = vec![0usize; self.to.len()];
-        for id in self.to.ids().rev() {
-            counts[id.index()] += usize::from(self.twin(id).is_some());
-            if let Some(parent) = self.to.joint(id).parent {
-                counts[parent.index()] += counts[id.index()];
-            }
-        }
-        // `max_by_key` returns the last maximum.
-        let paired = self.to.ids().rev().filter(|&id| self.twin(id).is_some());
-        let most = paired.max_by_key(|id| counts[id.index()]);
-        most.unwrap_or(JointId::ROOT)
-    }
-
     /// Rest directions from a joint to one below it, in `to` and in `from`; `None` if one of them has no bone there.
     fn bone(&self, id: JointId, end: JointId) -> Option<[Vec3; 2]> {
         let bones = [
@@ -185,7 +172,7 @@ impl<'a> Retargeter<'a> {
         is_long.then(|| bones.map(Vec3::normalize))
     }
 
-    /// Ratio of the lengths of the chains from the anchor to the lowest joint of the first frame.
+    /// Ratio of the lengths of the chains from the root to the lowest joint of the first frame.
     fn scale(&self, clip: &Clip) -> f32 {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         clip.pose(0, &mut pose);
@@ -196,9 +183,9 @@ impl<'a> Retargeter<'a> {
             Some(bones.map(Vec3::length).sum())
         };
         let pairs = self.to.ids().filter_map(|id| {
-            let (twin, above) = (self.twin(id)?, self.twin(self.anchor)?);
+            let (twin, above) = (self.twin(id)?, self.twin(JointId::ROOT)?);
             let lengths = [
-                length(self.to, self.anchor, id)?,
+                length(self.to, JointId::ROOT, id)?,
                 length(self.from, above, twin)?,
             ];
             Some((height(twin), lengths))
@@ -221,9 +208,8 @@ impl<'a> Retargeter<'a> {
             self.rotate(&joints, &mut own.rotations);
             own.root = Vec3::ZERO;
             forward_kinematics(self.to, own, &mut moved);
-            if let Some(twin) = self.twin(self.anchor) {
-                let place = scale * joints[twin.index()].translation;
-                own.root = place - moved[self.anchor.index()].translation;
+            if let Some(twin) = self.twin(JointId::ROOT) {
+                own.root = scale * joints[twin.index()].translation;
             }
             for (joint, twin) in moved.iter().zip(&self.twins) {
                 let Some(twin) = twin else { continue };

@@ -1,10 +1,11 @@
 //! Events that are proposed: on real capture, on the embedded motions, and on figures of other sizes and rates.
 
 use sabaki::anim::{Clip, ClipDesc, EventKind, Skeleton};
+use sabaki_fixtures::agreement::{Agreement, agreement, overlap};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::changed;
 use sabaki_fixtures::demo;
-use sabaki_import::annotate::{Agreement, agreement, overlap, propose};
+use sabaki_import::annotate::propose;
 use sabaki_import::{ClipSet, EventEntry, EventsFile};
 
 const KINDS: [EventKind; 2] = [EventKind::Attack, EventKind::Evasion];

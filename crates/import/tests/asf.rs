@@ -4,8 +4,10 @@ use glam::{DMat3, DVec3, Quat, Vec3};
 use sabaki::anim::JointKind;
 use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::with;
-use sabaki_import::asf::{AmcFile, AsfFile};
-use sabaki_import::{FileError, LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
+use sabaki_import::asf::{AsfFile, USUAL_RATE};
+use sabaki_import::{
+    ChannelFile, FileError, LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip,
+};
 
 use super::common::{refusal, refused_file, written};
 use super::refused::cases;
@@ -57,10 +59,10 @@ fn ends_of_second_frame() -> [(&'static str, DVec3); 3] {
 fn bones_stand_where_the_definition_puts_them() {
     let (skeleton, motion) = parts();
     let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
-    let amc = AmcFile::parse(&asf, motion.as_bytes()).unwrap();
+    let amc = asf.motion(motion.as_bytes()).unwrap();
     assert_eq!(amc.frames(), 2);
-    let (skeleton, clip) = amc.motion(&asf, "person", 1.0, 60.0).unwrap();
-    assert_eq!((skeleton.len(), clip.frame_rate()), (8, 60.0));
+    let (skeleton, clip) = amc.motion("person", 1.0).unwrap();
+    assert_eq!((skeleton.len(), clip.frame_rate()), (8, USUAL_RATE));
     let ends = skeleton.joints().iter();
     let ends = ends.filter(|joint| joint.kind == JointKind::EndSite);
     assert_eq!(ends.count(), 3);
@@ -91,7 +93,7 @@ fn a_motion_finds_its_skeleton_and_its_unit() {
         let folder = folder(skeleton, motion);
         let read = read_clip(&folder.path().join(motion), &ReadOptions::default()).unwrap();
         assert_eq!(read.scale.found, ScaleSource::Unit(LengthUnit::Cmu));
-        assert_eq!(read.clip.frame_rate(), AmcFile::USUAL_RATE);
+        assert_eq!(read.clip.frame_rate(), USUAL_RATE);
         let options = with(|s: &mut ReadOptions| s.amc_rate = Some(30.0));
         let slow = read_clip(&folder.path().join(motion), &options).unwrap();
         assert_eq!(slow.clip.frame_rate(), 30.0);
@@ -150,8 +152,7 @@ fn what_is_wrong_is_named_with_its_line() {
     let damage = |from: &str, to: &str| {
         assert!(PERSON.contains(from), "{from}");
         let read = AsfFile::parse(skeleton.replacen(from, to, 1).as_bytes());
-        let read =
-            read.and_then(|asf| AmcFile::parse(&asf, motion.replacen(from, to, 1).as_bytes()));
+        let read = read.and_then(|asf| asf.motion(motion.replacen(from, to, 1).as_bytes()));
         refusal(read)
     };
     for [from, to, error] in cases(include_str!("refused/asf.txt")) {
@@ -164,7 +165,7 @@ fn what_is_wrong_is_named_with_its_line() {
     }
     let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
     for empty in ["", ":DEGREES\n"] {
-        let error = refusal(AmcFile::parse(&asf, empty.as_bytes()));
+        let error = refusal(asf.motion(empty.as_bytes()));
         assert!(error.contains("no frames"), "{error}");
     }
     let error = refusal(AsfFile::parse(b"a\nb\xff"));
@@ -175,15 +176,17 @@ fn what_is_wrong_is_named_with_its_line() {
 fn gaps_in_a_motion_are_filled_and_named() {
     let (skeleton, motion) = parts();
     let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
-    let whole = AmcFile::parse(&asf, motion.as_bytes()).unwrap();
+    let whole = asf.motion(motion.as_bytes()).unwrap();
     assert!(whole.notes.is_empty());
     // The second frame is the fifth: three are missing.
-    let gap = AmcFile::parse(&asf, motion.replace("\n2\n", "\n5\n").as_bytes()).unwrap();
+    let gap = asf
+        .motion(motion.replace("\n2\n", "\n5\n").as_bytes())
+        .unwrap();
     assert_eq!(gap.frames(), 5);
     let note = "3 frames are missing, the first after frame 1: they are filled";
     assert_eq!(gap.notes, [note]);
-    let roots = |amc: &AmcFile| -> Vec<Vec3> {
-        let (_, clip) = amc.motion(&asf, "person", 1.0, 60.0).unwrap();
+    let roots = |amc: &ChannelFile| -> Vec<Vec3> {
+        let (_, clip) = amc.motion("person", 1.0).unwrap();
         (0..clip.frames()).map(|frame| clip.root(frame)).collect()
     };
     let ends = roots(&whole);
@@ -192,12 +195,12 @@ fn gaps_in_a_motion_are_filled_and_named() {
         assert!(root.distance(wanted) < 1e-5, "{frame}: {root} {wanted}");
     }
     let less = motion.replacen("rfemur 0 0 0\n", "", 1);
-    let held = AmcFile::parse(&asf, less.as_bytes()).unwrap();
+    let held = asf.motion(less.as_bytes()).unwrap();
     assert_eq!(held.frames(), 2);
     let note =
         "frames leave out bones, which keep their values: 1 times, first \"rfemur\" in frame 1";
     assert_eq!(held.notes, [note]);
     let far = motion.replace("\n2\n", "\n99999999999\n");
-    let error = refusal(AmcFile::parse(&asf, far.as_bytes()));
+    let error = refusal(asf.motion(far.as_bytes()));
     assert!(error.contains("rotations in all"), "{error}");
 }

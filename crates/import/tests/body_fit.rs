@@ -174,6 +174,31 @@ fn a_man_of_tubes_is_covered_and_not_puffed_up() {
     }
 }
 
+/// A tube of slivers: a grid on each would have a hundred times as many points as its surface needs.
+#[test]
+fn slivers_have_as_many_points_as_their_surface_needs() {
+    const AROUND: u32 = 2000;
+    let corner = |at: u32| {
+        let angle = std::f32::consts::TAU * (at / 2) as f32 / AROUND as f32;
+        Vec3::new(0.1 * angle.cos(), 0.5 * (at % 2) as f32, 0.1 * angle.sin())
+    };
+    let corners = |at: u32| [at, at + 1, at + 2].map(|at| at % (2 * AROUND));
+    let triangles = (0..2 * AROUND).map(corners).collect();
+    let mesh = Mesh::new((0..2 * AROUND).map(corner).collect(), triangles, Vec::new()).unwrap();
+    let skeleton = sabaki_fixtures::clips::skeleton(&[("Trunk", None, Vec3::ZERO)]);
+    let pose = BindPose::rest(&skeleton);
+    let (body, report) = fitted(&mesh, &pose);
+    // 0.31 square metres; a hundred square millimetres each.
+    let points = report.joints[0].points;
+    assert!((2000..10_000).contains(&points), "{points}");
+    assert!(report.spacing < 0.02);
+    let most = report.worst().mesh_out_max + report.spacing;
+    for place in places(&mesh, 5) {
+        let out = outside_of(&body, pose.joints(), place);
+        assert!(out <= most, "{place} is {out} m outside of all spheres");
+    }
+}
+
 #[test]
 fn the_same_mesh_gives_the_same_spheres_inside_out_too() {
     let skeleton = skeleton();

@@ -2,8 +2,7 @@
 //! names the line, the column and the problem.
 
 use sabaki::anim::JointKind;
-use sabaki_import::TextError;
-use sabaki_import::bvh::{BvhFile, Channel};
+use sabaki_import::{Channel, ChannelFile, TextError, bvh};
 
 use super::refused::cases;
 
@@ -29,8 +28,8 @@ Frame Time: 0.04
 1 2 3 4 5 6 7 8 9
 ";
 
-fn parse(text: &str) -> Result<BvhFile, TextError> {
-    BvhFile::parse(text.as_bytes())
+fn parse(text: &str) -> Result<ChannelFile, TextError> {
+    bvh::parse(text.as_bytes())
 }
 
 #[test]
@@ -76,7 +75,7 @@ fn names_are_made_unique() {
 fn frames_beyond_the_announced_are_kept() {
     let file = parse(&GOOD.replace("Frames: 2", "Frames: 1")).unwrap();
     assert_eq!(file.frames(), 2);
-    assert!(file.notes()[0].contains("says that it has 1 frames, but has 2"));
+    assert!(file.notes[0].contains("says that it has 1 frames, but has 2"));
 }
 
 #[test]
@@ -94,9 +93,9 @@ fn scales_are_ignored_and_noted() {
     assert_eq!(Channel::Scale(2).name(), "Zscale");
     let motions = [&scaled, &plain].map(|file| file.motion("a", 1.0).unwrap());
     assert_eq!(motions[0], motions[1]);
-    assert_eq!(plain.notes(), [""; 0]);
+    assert_eq!(plain.notes, [""; 0]);
     let note = "joints have channels of scale, which are ignored: \"Hips\" and 1 more";
-    assert_eq!(scaled.notes(), [note]);
+    assert_eq!(scaled.notes, [note]);
 }
 
 #[test]
@@ -109,7 +108,7 @@ fn a_joint_may_turn_more_than_three_times() {
         .replace("7 8 9", "10 0 -10 0 7 8 9");
     let (plain, more) = (parse(GOOD).unwrap(), parse(&more).unwrap());
     assert_eq!(more.joints[1].channels.len(), 7);
-    let turn = |file: &BvhFile| file.motion("a", 1.0).unwrap().1.desc().rotations[1];
+    let turn = |file: &ChannelFile| file.motion("a", 1.0).unwrap().1.desc().rotations[1];
     assert!(turn(&more).dot(turn(&plain)).abs() > 1.0 - 1e-6);
 }
 
@@ -152,7 +151,7 @@ fn damaged_files_are_refused_with_line_and_column() {
             column,
             message,
         };
-        assert_eq!(BvhFile::parse(bytes), Err(expected));
+        assert_eq!(bvh::parse(bytes), Err(expected));
     }
 }
 

@@ -7,9 +7,9 @@ use glam::DVec3;
 use sabaki::anim::{Clip, Event, EventKind, Pose};
 use sabaki_fixtures::captures::mocap;
 use sabaki_fixtures::clips::{clips_apart, joints_at};
-use sabaki_import::bvh::BvhFile;
 use sabaki_import::{
-    EventsFile, LoadedClip, ReadOptions, ScaleSource, read_bvh, read_clip, read_clips, stature,
+    ChannelFile, EventsFile, LoadedClip, ReadOptions, ScaleSource, read_bvh, read_clip, read_clips,
+    stature,
 };
 
 fn bvh_files(folder: &Path) -> Vec<PathBuf> {
@@ -48,7 +48,7 @@ fn reference(folder: &Path) -> Reference {
 
 /// Largest distance from the reference, and the size of the figure, in the file's unit.
 fn largest_difference(
-    file: &BvhFile,
+    file: &ChannelFile,
     frames: &BTreeMap<usize, Vec<(String, DVec3)>>,
 ) -> (f64, f64) {
     let (skeleton, clip) = file.motion("reference", 1.0).unwrap();
@@ -149,7 +149,7 @@ fn what_is_written_again_is_where_it_was() {
         } = read_clip(&path, &ReadOptions::default()).unwrap();
         let mut text = Vec::new();
         sabaki_import::bvh::write(&mut text, &skeleton, &clip, scale.metres_per_unit).unwrap();
-        let file = BvhFile::parse(&text).unwrap();
+        let file = sabaki_import::bvh::parse(&text).unwrap();
         let (skeleton_again, again) = file.motion(clip.name(), scale.metres_per_unit).unwrap();
         assert_eq!(skeleton.differences(&skeleton_again), Vec::<String>::new());
         let moved = clips_apart((&skeleton, &clip), (&skeleton_again, &again));

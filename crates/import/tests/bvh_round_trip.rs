@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
 use sabaki_fixtures::clips::{skeleton, still_clip};
-use sabaki_import::bvh::{BvhFile, write};
+use sabaki_import::bvh::{parse, write};
 
 /// Parents as numbers that are taken modulo the joint's own index; whether leaves may be End Sites;
 /// offsets.
@@ -111,7 +111,7 @@ proptest! {
     fn positions_survive((skeleton, clip) in motions(), scale in prop::sample::select(vec![1.0, 0.01, 0.0254])) {
         let mut text = Vec::new();
         write(&mut text, &skeleton, &clip, scale).unwrap();
-        let file = BvhFile::parse(&text).unwrap();
+        let file = parse(&text).unwrap();
         let (skeleton_again, again) = file.motion("random", scale).unwrap();
         prop_assert_eq!(skeleton_again.len(), skeleton.len());
         prop_assert_eq!(again.frames(), clip.frames());
@@ -134,7 +134,7 @@ fn names_that_a_file_cannot_hold_are_changed_not_lost() {
     let clip = still_clip(&skeleton, "", 30.0, vec![Vec3::ZERO]);
     let mut text = Vec::new();
     write(&mut text, &skeleton, &clip, 1.0).unwrap();
-    let file = BvhFile::parse(&text).unwrap();
+    let file = parse(&text).unwrap();
     let names = file.joints.iter().map(|joint| joint.name.as_str());
     assert!(names.eq(["a__b_", "_", "c d"]));
     assert!(write(&mut text, &skeleton, &clip, 0.0).is_err());

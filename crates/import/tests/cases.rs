@@ -9,9 +9,10 @@ use sabaki::maps::{Body, BodySphere};
 use sabaki_fixtures::clips::{joints_at, most_apart};
 use sabaki_fixtures::files::{glb, glb_parts};
 use sabaki_import::fit::{FitSettings, Mesh, fit_prop};
-use sabaki_import::gltf::{GltfError, GltfFile, SkinVertex, SkinnedMesh};
+use sabaki_import::gltf::{GltfFile, SkinVertex, SkinnedMesh};
 use sabaki_import::{
-    LoadedClip, ReadOptions, parse_obj, read_clip, read_clips, read_mesh, read_obj, stature,
+    FileError, LoadedClip, ReadOptions, parse_obj, read_clip, read_clips, read_mesh, read_obj,
+    stature,
 };
 use serde_json::{Value, json};
 
@@ -34,7 +35,7 @@ fn parts(name: &str) -> (Value, Vec<u8>) {
     glb_parts(&std::fs::read(path(name)).unwrap())
 }
 
-fn try_mesh(document: &Value, binary: &[u8]) -> Result<SkinnedMesh, GltfError> {
+fn try_mesh(document: &Value, binary: &[u8]) -> Result<SkinnedMesh, FileError> {
     SkinnedMesh::parse(&glb(document, binary), |_| Err("no such file".to_owned()))
 }
 

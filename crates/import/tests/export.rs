@@ -1,21 +1,21 @@
 //! An exported answer equals the query's answer, when it is read by code that is independent of the
 //! exporter.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
 use glam::DVec3;
-use sabaki::anim::Pose;
+use sabaki::anim::{JointTransform, Pose};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::clips::joints_of;
-use sabaki_fixtures::plain_bvh::PlainBvh;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use sabaki_fixtures::with;
 use sabaki_import::export::{ExportedAnswer, MotionFormat, evasion_placement, write_answer};
-use sabaki_import::{Chosen, RecordedRequest, Recording, RecordingError};
+use sabaki_import::{ChannelFile, Chosen, RecordedRequest, Recording, RecordingError, read_bvh};
 use serde_json::Value;
 
 const ATTACKS: u64 = 25;
@@ -31,7 +31,6 @@ pub(crate) fn request(throw: &Throw, settings: QuerySettings) -> RecordedRequest
     RecordedRequest {
         graph: archive::checksum(embedded()).unwrap(),
         playhead: throw.playhead,
-        attack: throw.attack.clone(),
         settings,
         evaluation: Evaluation::Lazy,
     }
@@ -48,7 +47,7 @@ fn answers() -> impl Iterator<Item = (Throw, Answer)> {
 }
 
 struct Exported {
-    motion: PlainBvh,
+    motion: ChannelFile,
     facts: Value,
 }
 
@@ -57,12 +56,13 @@ fn export(folder: &Path, throw: &Throw, answer: &Answer) -> Exported {
     let exported = ExportedAnswer {
         baked,
         request: &request,
+        attack: &throw.attack,
         answer,
     };
     let written = write_answer(folder, "one", MotionFormat::Bvh, exported);
     let [motion, facts] = written.unwrap();
     Exported {
-        motion: PlainBvh::parse(&fs::read_to_string(motion).unwrap()),
+        motion: read_bvh(&motion).unwrap(),
         facts: serde_json::from_slice(&fs::read(facts).unwrap()).unwrap(),
     }
 }
@@ -76,16 +76,23 @@ fn vector(value: &Value) -> DVec3 {
 }
 
 impl Exported {
+    /// The frame of each joint in the world, by name, in metres.
+    fn joints_at(&self, frame: usize) -> HashMap<&str, JointTransform> {
+        let (metres, mut pose) = (number(&self.facts["metres_per_unit"]), Pose::default());
+        self.motion.pose(frame, metres, &mut pose);
+        let placed = joints_of(&self.motion.skeleton(metres).unwrap(), &pose);
+        let names = self.motion.joints.iter().map(|joint| &*joint.name);
+        names.zip(placed).collect()
+    }
+
     /// For each frame the centres of the body's spheres, metres.
     fn body(&self) -> Vec<Vec<DVec3>> {
-        let metres = number(&self.facts["metres_per_unit"]);
         let spheres = self.facts["body"]["spheres"].as_array().unwrap();
         let placed = |frame: usize| {
-            let joints = self.motion.joints_at(frame);
+            let joints = self.joints_at(frame);
             let centre = |sphere: &Value| {
-                let joint = self.motion.find(sphere["joint"].as_str().unwrap());
-                let (turn, place) = joints[joint];
-                place * metres + turn * vector(&sphere["offset"])
+                let joint = &joints[sphere["joint"].as_str().unwrap()];
+                joint.point(vector(&sphere["offset"]).as_vec3()).as_dvec3()
             };
             spheres.iter().map(centre).collect()
         };
@@ -106,7 +113,7 @@ impl Exported {
     fn clearance(&self) -> f64 {
         let spheres = self.facts["body"]["spheres"].as_array().unwrap().iter();
         let radii: Vec<f64> = spheres.map(|sphere| number(&sphere["radius"])).collect();
-        let (body, per_second) = (self.body(), 1.0 / self.motion.frame_time);
+        let (body, per_second) = (self.body(), self.motion.frame_rate);
         let mut smallest = f64::INFINITY;
         for keys in self.attack() {
             for pair in keys.windows(2) {
@@ -161,9 +168,8 @@ fn clearance_is_that_of_the_files(exported: &Exported, answer: &Answer) -> bool 
 }
 
 fn motion_begins_where_the_character_is(exported: &Exported, throw: &Throw) {
-    let metres = number(&exported.facts["metres_per_unit"]);
-    let joints = exported.motion.joints_at(0);
-    let place = |name: &str| joints[exported.motion.find(name)].1 * metres;
+    let joints = exported.joints_at(0);
+    let place = |name: &str| joints[name].translation;
     let root = place("Hips");
     assert!(root.x.abs() < 1e-3 && root.z.abs() < 1e-3, "{root}");
     // Left is +X where the character faces +Z.
@@ -174,17 +180,17 @@ fn motion_begins_where_the_character_is(exported: &Exported, throw: &Throw) {
     let own = joints_of(graph.skeleton(), &pose);
     for (id, joint) in graph.skeleton().ids().zip(&own) {
         let name = &graph.skeleton().joint(id).name;
-        let off = place(name).distance(joint.translation.as_dvec3());
+        let off = place(name).distance(joint.translation);
         assert!(off < 1e-4, "{name}");
     }
 }
 
 fn motion_lasts_until_the_attack_is_over(exported: &Exported, throw: &Throw) {
     let last = exported.motion.frames() - 1;
-    let seconds = last as f64 * exported.motion.frame_time;
+    let seconds = last as f64 / exported.motion.frame_rate;
     assert!(seconds >= f64::from(throw.attack.end()));
     let rate = number(&exported.facts["frames_per_second"]);
-    assert!((rate * exported.motion.frame_time - 1.0).abs() < 1e-9);
+    assert!((rate / exported.motion.frame_rate - 1.0).abs() < 1e-9);
     let ends = exported.attack();
     let end = ends.iter().map(|keys| keys[keys.len() - 1].0);
     assert_eq!(end.fold(0.0, f64::max) as f32, throw.attack.end());
@@ -226,6 +232,7 @@ fn an_exported_answer_can_be_asked_again() {
         let facts = export(folder.path(), &throw, &answer).facts;
         let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
         assert_eq!(recording.request, request(&throw, settings()));
+        assert_eq!(recording.attack, throw.attack);
         assert_eq!(recording.chosen, Chosen::of(baked, &answer));
         let again = recording.replay(baked).unwrap();
         assert!(Chosen::of(baked, &again).is_same(&recording.chosen));
@@ -274,6 +281,7 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
         let exported = ExportedAnswer {
             baked,
             request: &request(&throw, settings()),
+            attack: &throw.attack,
             answer: &answer,
         };
         let place = evasion_placement(exported, chosen);

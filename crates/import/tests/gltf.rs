@@ -326,6 +326,59 @@ fn buffers_may_lie_in_files_beside() {
     assert!(is_named, "{error}");
 }
 
+/// The clip of a file in which each track moves a joint of its own, by keys at these times.
+fn clip_of_tracks(tracks: &[&[f32]]) -> Clip {
+    let mut builder = Builder::default();
+    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+    for (node, times) in tracks.iter().enumerate() {
+        let places = builder.floats("VEC3", &vec![node as f32; 3 * times.len()]);
+        let times = builder.floats("SCALAR", times);
+        samplers.push(json!({ "input": times, "output": places }));
+        channels
+            .push(json!({ "sampler": node, "target": { "node": node, "path": "translation" } }));
+    }
+    let nodes = json!([{ "children": [1, 2] }, {}, {}]);
+    let animation = json!({ "samplers": samplers, "channels": channels });
+    clip_of(&builder.animated(nodes, vec![animation])).1
+}
+
+#[test]
+fn frames_lie_on_the_grid_of_all_keys() {
+    for rate in [15.0, 23.976, 24.0, 30.0, 60.0, 120.0, 240.0] {
+        for count in [2u32, 3, 50, 5000] {
+            let key = |key: u32| (f64::from(7 + key) / rate) as f32;
+            let times: Vec<f32> = (0..count).map(key).collect();
+            let sparse: Vec<f32> = times.iter().copied().step_by(3).collect();
+            let clip = clip_of_tracks(&[&times, &sparse, &times[..1]]);
+            assert_eq!(clip.frames() as u32, count + 7, "{rate}");
+            let found = clip.frame_rate();
+            assert!((found / rate - 1.0).abs() < 1e-4, "{rate}: {found}");
+        }
+    }
+    // With gaps in every track.
+    let on = |frames: [u8; 4]| frames.map(|frame| (f64::from(frame) / 30.0) as f32);
+    let clip = clip_of_tracks(&[&on([0, 1, 5, 90]), &on([0, 40, 42, 47])]);
+    assert_eq!(clip.frames(), 91);
+    assert!((clip.frame_rate() - 30.0).abs() < 1e-3);
+}
+
+#[test]
+fn keys_on_no_grid_are_sampled_sixty_times_a_second() {
+    let cases: [(&[&[f32]], usize); 5] = [
+        (&[&[0.0, 0.31, 0.4567, 2.0]], 121),
+        (&[&[0.0, 1e-20, 2.0]], 121),
+        (&[&[1.0], &[2.0]], 121),
+        // Of a grid that 0 is not on; and a pose.
+        (&[&[0.55, 0.65, 0.75]], 46),
+        (&[&[3.0], &[3.0]], 1),
+    ];
+    for (tracks, frames) in cases {
+        let clip = clip_of_tracks(tracks);
+        assert_eq!(clip.frames(), frames, "{tracks:?}");
+        assert!(frames == 1 || clip.frame_rate() == 60.0, "{tracks:?}");
+    }
+}
+
 /// The child is at x = k from key k on.
 fn stepping(times: &[f32]) -> Value {
     let mut builder = Builder::default();

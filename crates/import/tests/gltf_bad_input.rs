@@ -2,6 +2,7 @@
 
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::files::{glb, glb_parts};
+use sabaki_import::FileError;
 use sabaki_import::gltf::{self, GltfFile, SkinnedMesh};
 use serde_json::{Value, json};
 
@@ -20,7 +21,7 @@ fn valid() -> Vec<u8> {
     bytes
 }
 
-fn parse(bytes: &[u8]) -> Result<GltfFile, gltf::GltfError> {
+fn parse(bytes: &[u8]) -> Result<GltfFile, FileError> {
     GltfFile::parse(bytes, |_| Err("no such file".to_owned()))
 }
 

@@ -104,6 +104,7 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
         let exported = ExportedAnswer {
             baked,
             request: &request,
+            attack: &throw.attack,
             answer: &answer,
         };
         let written = write_answer(folder.path(), "one", format, exported);

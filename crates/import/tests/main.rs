@@ -29,6 +29,7 @@ mod refused;
 mod retarget;
 mod rigs;
 mod targets;
+mod units;
 
 #[global_allocator]
 static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;

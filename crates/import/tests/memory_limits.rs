@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use sabaki_import::asf::{AmcFile, AsfFile};
-use sabaki_import::bvh::BvhFile;
+use sabaki_import::asf::AsfFile;
+use sabaki_import::bvh;
 use sabaki_import::gltf::GltfFile;
 use sabaki_import::{FileError, MOST_ENTRIES, ReadOptions, read_clips, read_motions};
 use serde_json::{Value, json};
@@ -29,7 +29,7 @@ fn entries(error: &FileError) -> Option<(usize, usize)> {
 }
 
 /// A BVH file of joints without channels below a root with one.
-fn bvh(joints: usize, frames: usize) -> String {
+fn bvh_text(joints: usize, frames: usize) -> String {
     let mut text = "HIERARCHY\nROOT r\n{\nOFFSET 0 0 0\nCHANNELS 1 Yposition\n".to_owned();
     for joint in 1..joints {
         write!(text, "JOINT j{joint}\n{{\nOFFSET 0 1 0\n}}\n").unwrap();
@@ -72,9 +72,9 @@ fn amc(frames: usize) -> String {
 fn joints_without_channels_count_in_every_frame_of_a_bvh_file() {
     alone(|| {
         let frames = MOST_ENTRIES as usize / 4096 + 1;
-        let text = bvh(4096, frames);
+        let text = bvh_text(4096, frames);
         let error = refused(|| {
-            let file = BvhFile::parse(text.as_bytes()).unwrap();
+            let file = bvh::parse(text.as_bytes()).unwrap();
             file.motion("many", 1.0).map(|_| ())
         });
         assert_eq!(entries(&error), Some((frames, 4096)), "{error}");
@@ -107,8 +107,8 @@ fn end_sites_count_too() {
         let bones = 2000;
         let skeleton = AsfFile::parse(asf(bones).as_bytes()).unwrap();
         let frames = MOST_ENTRIES as usize / (2 * bones - 1) + 1;
-        let motion = AmcFile::parse(&skeleton, amc(frames).as_bytes()).unwrap();
-        let error = refused(|| motion.motion(&skeleton, "many", 1.0, 120.0));
+        let motion = skeleton.motion(amc(frames).as_bytes()).unwrap();
+        let error = refused(|| motion.motion("many", 1.0));
         assert_eq!(entries(&error), Some((frames, 2 * bones - 1)), "{error}");
     });
 }

@@ -514,7 +514,10 @@ fn frames_of_rest_are_left_out_and_named() {
     let set = read_clips(&[path], Some(&events), &ReadOptions::default()).unwrap();
     assert_eq!(set.warnings.len(), 1, "{:?}", set.warnings);
     let said = &set.warnings[0];
-    assert!(said.contains("the first 2 and the last 3 frames"), "{said}");
+    assert!(
+        said.contains("2 frames at the start and 3 at the end"),
+        "{said}"
+    );
     assert!(apart(&walking().0, &set) < 1e-6);
     assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
 }
@@ -582,7 +585,10 @@ fn frames_in_which_the_figure_has_no_size_are_left_out_and_named() {
     let path = write_glb(folder.path(), "appears.glb", &plain.skeleton, &[clip], &[]);
     let set = read(&path);
     let said = &set.warnings[0];
-    assert!(said.contains("the first 5 and the last 3 frames"), "{said}");
+    assert!(
+        said.contains("5 frames at the start and 3 at the end"),
+        "{said}"
+    );
     assert_eq!(set.clips[0].frames(), whole.len());
     assert!(!set.clips[0].moves_joints());
     let (first, wanted) = (set.clips[0].root(0), plain.clips[0].root(whole.start));

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::EventKind;
-use sabaki_import::annotate::{Agreement, agreement, propose};
+use sabaki_fixtures::agreement::{Agreement, agreement};
+use sabaki_import::annotate::propose;
 use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 

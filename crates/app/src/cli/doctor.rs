@@ -74,7 +74,7 @@ fn to_json(device: &DeviceInfo) -> Value {
         .map(|one| json!({ "lacks": one.name, "instead": one.fallback }));
     json!({
         "name": device.name,
-        "kind": device.kind.to_string(),
+        "kind": device.kind,
         "api": device.api,
         "usable": report.is_usable(),
         "missing": report.missing(),

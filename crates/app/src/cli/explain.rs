@@ -93,6 +93,7 @@ impl Explained<'_> {
         ExportedAnswer {
             baked: self.baked,
             request: &self.request,
+            attack: &self.throw.attack,
             answer: self.answer(),
         }
     }

@@ -79,6 +79,7 @@ impl<'a> Export<'a> {
         let exported = ExportedAnswer {
             baked: self.baked,
             request: &recorded(self.graph, throw, settings, method),
+            attack: &throw.attack,
             answer,
         };
         let written = write_answer(self.folder, name, self.format, exported);
@@ -96,7 +97,6 @@ pub(crate) fn recorded(
     RecordedRequest {
         graph,
         playhead: throw.playhead,
-        attack: throw.attack.clone(),
         settings: *settings,
         evaluation: method.evaluation,
     }

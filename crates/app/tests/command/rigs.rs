@@ -6,9 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use glam::{EulerRot, Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, JointKind, Pose, forward_kinematics};
+use sabaki::anim::{Clip, ClipDesc, JointKind};
 use sabaki_fixtures::captures::mocap;
-use sabaki_fixtures::clips::changed;
+use sabaki_fixtures::clips::{changed, joints_at};
 use sabaki_fixtures::files::{below_root, glb, glb_parts};
 use sabaki_import::{LoadedClip, ReadOptions, gltf, read_bvh, read_clip};
 use serde_json::{Value, json};
@@ -149,9 +149,7 @@ fn write_set(folder: &Path, ending: &str, form: impl Fn(&Path) -> Vec<u8>) {
 
 /// Joints of an exported motion, in the world and in metres, by their names: the parent's name, and the places frame by frame.
 fn exported(path: &Path) -> Vec<(String, Option<String>, Vec<Vec3>)> {
-    let file = read_bvh(path).unwrap();
-    let skeleton = file.skeleton(0.01).unwrap();
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let (skeleton, clip) = read_bvh(path).unwrap().motion("", 0.01).unwrap();
     let named = skeleton.joints().iter().map(|joint| {
         let parent = joint
             .parent
@@ -159,9 +157,8 @@ fn exported(path: &Path) -> Vec<(String, Option<String>, Vec<Vec3>)> {
         (joint.name.clone(), parent, Vec::new())
     });
     let mut all: Vec<(String, Option<String>, Vec<Vec3>)> = named.collect();
-    for frame in 0..file.frames() {
-        file.pose(frame, 0.01, &mut pose);
-        forward_kinematics(&skeleton, &pose, &mut joints);
+    for frame in 0..clip.frames() {
+        let joints = joints_at(&skeleton, &clip, frame);
         for (one, joint) in all.iter_mut().zip(&joints) {
             one.2.push(joint.translation);
         }

@@ -6,12 +6,11 @@
 //! values with any line breaks, and joints without End Sites. Position channels replace offsets.
 //! Rotations are multiplied in the order of the channels. Scales are ignored.
 
-mod file;
 mod parse;
 mod write;
 
-pub use file::{BvhFile, BvhJoint, Channel};
-pub(crate) use parse::{UsedNames, repeated_names};
+pub(crate) use parse::UsedNames;
+pub use parse::parse;
 pub(crate) use write::moving_joints;
 pub use write::write;
 

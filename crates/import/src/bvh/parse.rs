@@ -5,13 +5,80 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 use sabaki::anim::{JointKind, Skeleton};
 
-use super::{BvhJoint, Channel, LARGEST_VALUE, MOST_CHANNELS};
+use super::{LARGEST_VALUE, MOST_CHANNELS};
 use crate::TextError;
+use crate::channels::{Channel, ChannelFile, ChannelJoint};
 use crate::file::{quoted, without_mark};
+
+/// Parses the text of a BVH file.
+///
+/// If the file has more frames than `Frames:` declares, all of them are read. Fewer frames are
+/// an error.
+///
+/// # Errors
+/// The first error, with its line and column.
+pub fn parse(text: &[u8]) -> Result<ChannelFile, TextError> {
+    let mut lexer = Lexer::new(text)?;
+    let mut joints = parse_hierarchy(&mut lexer)?;
+    let channels = joints.iter().map(|joint| joint.channels.len()).sum();
+    let (declared_frames, frame_time, values) = parse_motion(&mut lexer, channels)?;
+    let repeated_names = make_unique(&mut joints);
+    let frames = values.len() / channels;
+    let mut notes = Vec::new();
+    if declared_frames != frames as u64 {
+        notes.push(format!(
+            "the file says that it has {declared_frames} frames, but has {frames}: all of them are read"
+        ));
+    }
+    notes.extend(doubtful_channels(&joints));
+    Ok(ChannelFile {
+        joints,
+        repeated_names,
+        frame_rate: 1.0 / frame_time,
+        notes,
+        degrees: true,
+        channels,
+        values,
+    })
+}
+
+/// Notes on joints that rotate about one axis twice in a row, and on scales, which are ignored.
+fn doubtful_channels(joints: &[ChannelJoint]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for joint in joints {
+        let is_twice =
+            |pair: &[Channel]| matches!(pair[0], Channel::Rotation(_)) && pair[0] == pair[1];
+        if joint.channels.windows(2).any(is_twice) {
+            let names = joint.channels.iter().map(|channel| channel.name());
+            let names: Vec<&str> = names.collect();
+            notes.push(format!(
+                "joint \"{}\" turns about one axis twice in a row ({}): it cannot turn about all three",
+                joint.name,
+                names.join(" ")
+            ));
+        }
+    }
+    let has_scale = |joint: &&ChannelJoint| {
+        let mut channels = joint.channels.iter();
+        channels.any(|channel| matches!(channel, Channel::Scale(_)))
+    };
+    let mut scaled = joints.iter().filter(has_scale);
+    if let Some(first) = scaled.next() {
+        let more = match scaled.count() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        notes.push(format!(
+            "joints have channels of scale, which are ignored: \"{}\"{more}",
+            first.name
+        ));
+    }
+    notes
+}
 
 /// Parses from `HIERARCHY` to `MOTION`, both included. End Sites have no names yet. It is not recursive, so deep trees do not overflow the
 /// stack.
-pub(super) fn parse_hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<BvhJoint>, TextError> {
+fn parse_hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<ChannelJoint>, TextError> {
     match lexer.word() {
         None => return Err(lexer.error(0, "the file is empty")),
         Some(word) if word.is("HIERARCHY") => {}
@@ -42,7 +109,7 @@ pub(super) fn parse_hierarchy(lexer: &mut Lexer<'_>) -> Result<Vec<BvhJoint>, Te
 /// The joints that were read, and those whose braces are open.
 struct Tree<'l, 'a> {
     lexer: &'l mut Lexer<'a>,
-    joints: Vec<BvhJoint>,
+    joints: Vec<ChannelJoint>,
     open: Vec<Open>,
 }
 
@@ -157,12 +224,13 @@ impl Tree<'_, '_> {
             has_offset: false,
             has_channels: false,
         });
-        self.joints.push(BvhJoint {
+        self.joints.push(ChannelJoint {
             name: name.to_owned(),
             parent,
             offset: DVec3::ZERO,
             kind,
             channels: Vec::new(),
+            axes: None,
         });
         Ok(())
     }
@@ -202,7 +270,7 @@ impl Tree<'_, '_> {
 
     /// Name of a joint for error messages.
     fn name(&self, joint: usize) -> String {
-        let BvhJoint {
+        let ChannelJoint {
             name, parent, kind, ..
         } = &self.joints[joint];
         match parent {
@@ -216,10 +284,7 @@ impl Tree<'_, '_> {
 
 /// Parses from `Frames:` to the end of the file. Line breaks between values are ignored. Returns the number of frames that the file states, the
 /// time of a frame, and the values, frame by frame.
-pub(super) fn parse_motion(
-    lexer: &mut Lexer<'_>,
-    channels: usize,
-) -> Result<(u64, f64, Vec<f64>), TextError> {
+fn parse_motion(lexer: &mut Lexer<'_>, channels: usize) -> Result<(u64, f64, Vec<f64>), TextError> {
     if channels == 0 {
         let problem = "no joint has a channel: there is no motion to read";
         return Err(lexer.error(lexer.at, problem));
@@ -273,16 +338,17 @@ pub(super) fn parse_motion(
     Ok((declared_frames, frame_time, values))
 }
 
-/// Gives every joint a unique name.
+/// Gives every joint a unique name. Returns the names that several moving joints had.
 ///
 /// The first joint with a name keeps it; later ones get `_2`, `_3` or the next free number. End
 /// Sites are named after their parents with `_End` or `_End2`; their names in the file are ignored.
-pub(super) fn make_unique(joints: &mut [BvhJoint]) {
+fn make_unique(joints: &mut [ChannelJoint]) -> Vec<String> {
     let mut taken = UsedNames::default();
-    let is_end = |joint: &&mut BvhJoint| joint.kind == JointKind::EndSite;
+    let is_end = |joint: &&mut ChannelJoint| joint.kind == JointKind::EndSite;
     for joint in joints.iter_mut().filter(|joint| !is_end(joint)) {
         joint.name = taken.first_free(&joint.name, "_");
     }
+    let repeated = std::mem::take(&mut taken.repeated);
     for index in 0..joints.len() {
         if joints[index].kind == JointKind::EndSite {
             let parent = joints[index]
@@ -291,17 +357,7 @@ pub(super) fn make_unique(joints: &mut [BvhJoint]) {
             joints[index].name = taken.first_free(&format!("{parent}_End"), "");
         }
     }
-}
-
-/// The names that occur several times, each once, in the order of their second occurrence.
-pub(crate) fn repeated_names<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut counts: HashMap<&str, usize> = HashMap::new();
-    let second = names.filter(|&name| {
-        let count = counts.entry(name).or_default();
-        *count += 1;
-        *count == 2
-    });
-    second.map(str::to_owned).collect()
+    repeated
 }
 
 /// The names in use and, for each repeated name, the next number to try.
@@ -309,6 +365,8 @@ pub(crate) fn repeated_names<'a>(names: impl Iterator<Item = &'a str>) -> Vec<St
 pub(crate) struct UsedNames {
     names: HashSet<String>,
     next: HashMap<String, usize>,
+    /// The names that were in use already, each once.
+    pub(crate) repeated: Vec<String>,
 }
 
 impl UsedNames {
@@ -316,7 +374,10 @@ impl UsedNames {
     pub(crate) fn first_free(&mut self, name: &str, before_number: &str) -> String {
         let mut free = name.to_owned();
         if self.names.contains(name) {
-            let next = self.next.entry(free.clone()).or_insert(2);
+            let next = self.next.entry(free.clone()).or_insert_with(|| {
+                self.repeated.push(free.clone());
+                2
+            });
             while self.names.contains(&free) {
                 free = format!("{name}{before_number}{next}");
                 *next += 1;
@@ -341,7 +402,7 @@ impl Word<'_> {
 }
 
 /// Splits a text into words. Positions are byte offsets. Line numbers are computed only for errors.
-pub(super) struct Lexer<'a> {
+struct Lexer<'a> {
     text: &'a str,
     at: usize,
 }
@@ -349,7 +410,7 @@ pub(super) struct Lexer<'a> {
 impl<'a> Lexer<'a> {
     /// # Errors
     /// A byte is NUL or not valid UTF-8.
-    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, TextError> {
+    fn new(bytes: &'a [u8]) -> Result<Self, TextError> {
         let bytes = without_mark(bytes);
         let valid = match std::str::from_utf8(bytes) {
             Ok(text) => text,
@@ -401,18 +462,12 @@ impl<'a> Lexer<'a> {
     /// Skips `key` and a colon with any spacing, for example `Frame Time:` or `FRAMETIME :`.
     fn key(&mut self, key: &str, expected: &str) -> Result<(), TextError> {
         self.skip_space();
-        let mut wanted = key.bytes();
-        for (index, byte) in self.text.bytes().enumerate().skip(self.at) {
-            match byte {
-                b':' if wanted.len() == 0 => {
-                    self.at = index + 1;
-                    return Ok(());
-                }
-                b' ' | b'\t' => {}
-                _ if wanted
-                    .next()
-                    .is_some_and(|due| due.eq_ignore_ascii_case(&byte)) => {}
-                _ => break,
+        let line = self.text[self.at..].split('\n').next();
+        if let Some((found, _)) = line.and_then(|line| line.split_once(':')) {
+            let letters: String = found.split([' ', '\t']).collect();
+            if letters.eq_ignore_ascii_case(key) {
+                self.at += found.len() + 1;
+                return Ok(());
             }
         }
         let word = self.word();

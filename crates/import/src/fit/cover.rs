@@ -16,6 +16,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use sabaki::anim::JointId;
+use sabaki::math::Sphere;
 
 use super::mesh::bounds;
 use super::surface::Surface;
@@ -34,7 +35,7 @@ pub(super) fn cover(
     surface: &Surface,
     joint: JointId,
     settings: &FitSettings,
-) -> Option<(Vec<Ball>, JointFit)> {
+) -> Option<(Vec<Sphere>, JointFit)> {
     // In the order of the tree, so that each range of them is local.
     let points = surface.tree.order.iter().map(|&point| point as usize);
     let points: Vec<usize> = points.filter(|&at| surface.joints[at] == joint).collect();
@@ -78,7 +79,7 @@ fn measure(
     places: &[Vec3],
     vertices: usize,
     surface: &Surface,
-    balls: &[Ball],
+    balls: &[Sphere],
     settings: &FitSettings,
 ) -> JointFit {
     let out = |&place: &Vec3| nearest_distance(balls.iter(), place).max(0.0);
@@ -89,7 +90,7 @@ fn measure(
             let others = balls.iter().enumerate();
             others.filter_map(move |(other, ball)| (other != index).then_some(ball))
         };
-        let is_outer = move |place: &Vec3| others().all(|other| other.distance(*place) >= 0.0);
+        let is_outer = move |place: &Vec3| others().all(|other| distance(other, *place) >= 0.0);
         (0..PROBES).map(place).filter(is_outer)
     });
     let probes = probes.map(|place| surface.outside(place));
@@ -116,8 +117,8 @@ fn max_and_mean(metres: impl Iterator<Item = f32>) -> (f32, f32) {
 }
 
 /// Distance of a place from the surface of the nearest ball, negative inside.
-fn nearest_distance<'a>(balls: impl Iterator<Item = &'a Ball>, place: Vec3) -> f32 {
-    let distances = balls.map(|ball| ball.distance(place));
+fn nearest_distance<'a>(balls: impl Iterator<Item = &'a Sphere>, place: Vec3) -> f32 {
+    let distances = balls.map(|ball| distance(ball, place));
     distances.fold(f32::INFINITY, f32::min)
 }
 
@@ -129,23 +130,14 @@ fn direction(index: usize) -> Vec3 {
     Vec3::new(around * turn.cos(), y, around * turn.sin())
 }
 
-/// A ball in the space of the mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ball {
-    pub centre: Vec3,
-    pub radius: f32,
-}
-
-impl Ball {
-    /// Distance from the ball's surface to a place, negative inside.
-    pub(super) fn distance(&self, place: Vec3) -> f32 {
-        self.centre.distance(place) - self.radius
-    }
+/// Distance from a ball's surface to a place, negative inside.
+fn distance(ball: &Sphere, place: Vec3) -> f32 {
+    ball.centre.distance(place) - ball.radius
 }
 
 /// Largest ball that touches the surface at a point. On an inner wall it is the largest ball around
 /// the point; on a sheet its radius is 0. Other points lie at most `inside` metres deep in it.
-fn medial_ball(surface: &Surface, point: usize, largest: f32, inside: f32) -> Ball {
+fn medial_ball(surface: &Surface, point: usize, largest: f32, inside: f32) -> Sphere {
     /// Maximum number of steps. Each step shrinks the ball to one more point; a few suffice.
     const MOST_STEPS: usize = 64;
     let (place, normal) = (surface.places[point], surface.normals[point]);
@@ -153,10 +145,7 @@ fn medial_ball(surface: &Surface, point: usize, largest: f32, inside: f32) -> Ba
         let border = surface.border.nearest(&surface.places, place);
         let deep = border.filter(|_| surface.is_inner[point]);
         let radius = deep.map_or(0.0, |(_, squared)| squared.sqrt().min(0.5 * largest));
-        return Ball {
-            centre: place,
-            radius,
-        };
+        return Sphere::new(place, radius);
     }
     let mut radius = largest;
     for _ in 0..MOST_STEPS {
@@ -175,16 +164,13 @@ fn medial_ball(surface: &Surface, point: usize, largest: f32, inside: f32) -> Ba
         }
         radius = smaller;
     }
-    Ball {
-        centre: place - radius * normal,
-        radius,
-    }
+    Sphere::new(place - radius * normal, radius)
 }
 
 /// Points to cover, and the balls to choose from, which already have their final radii.
 struct Cover<'a> {
     points: &'a [Vec3],
-    balls: Vec<Ball>,
+    balls: Vec<Sphere>,
     /// Distance that a point may stick out, in metres.
     allowed: f32,
     /// Maximum number of balls.
@@ -194,7 +180,7 @@ struct Cover<'a> {
 impl Cover<'_> {
     /// Chooses balls. `ball_at` returns a ball that covers a point, for points that no candidate
     /// covers.
-    fn choose(mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<Ball> {
+    fn choose(mut self, ball_at: impl Fn(usize) -> Sphere) -> Vec<Sphere> {
         let candidates = 0..self.balls.len();
         let mut covered: Vec<Vec<u32>> = candidates.map(|ball| self.covered_by(ball)).collect();
         let mut chosen = self.greedy(&mut covered, ball_at);
@@ -205,7 +191,7 @@ impl Cover<'_> {
 
     /// The points that a ball covers.
     fn covered_by(&self, ball: usize) -> Vec<u32> {
-        let covers = |point: &Vec3| self.balls[ball].distance(*point) <= self.allowed;
+        let covers = |point: &Vec3| distance(&self.balls[ball], *point) <= self.allowed;
         let points = (0..).zip(self.points);
         points
             .filter(|(_, point)| covers(point))
@@ -218,7 +204,7 @@ impl Cover<'_> {
     fn greedy(
         &mut self,
         covered: &mut Vec<Vec<u32>>,
-        ball_at: impl Fn(usize) -> Ball,
+        ball_at: impl Fn(usize) -> Sphere,
     ) -> Vec<usize> {
         let mut is_left = vec![true; self.points.len()];
         let mut chosen = Vec::new();
@@ -282,7 +268,7 @@ impl Cover<'_> {
         for _ in 0..ROUNDS {
             let mut mine = vec![Vec::new(); chosen.len()];
             for &point in self.points {
-                let far = |&at: &usize| self.balls[chosen[at]].distance(point);
+                let far = |&at: &usize| distance(&self.balls[chosen[at]], point);
                 let nearest = (0..chosen.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
                 if let Some(at) = nearest {
                     mine[at].push(point);
@@ -304,7 +290,7 @@ impl Cover<'_> {
         let deepest = |ball: usize, limit: f32| {
             let mut most = f32::NEG_INFINITY;
             for &point in points {
-                most = most.max(self.balls[ball].distance(point));
+                most = most.max(distance(&self.balls[ball], point));
                 if most >= limit {
                     break;
                 }

@@ -36,7 +36,6 @@ mod winding;
 
 use sabaki::anim::JointId;
 use sabaki::maps::{Body, BodySphere, Prop};
-use sabaki::math::Sphere;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -286,13 +285,11 @@ pub fn fit_prop(
     for &vertex in mesh.triangles().iter().flatten() {
         let metres = mesh.positions()[vertex as usize].length();
         if metres > settings.furthest {
-            let (vertex, furthest) = (vertex as usize, settings.furthest);
-            let joint = "the hand".to_owned();
             return Err(FitError::Far {
-                vertex,
+                vertex: vertex as usize,
                 metres,
-                joint,
-                furthest,
+                joint: "the hand".to_owned(),
+                furthest: settings.furthest,
             });
         }
     }
@@ -300,13 +297,10 @@ pub fn fit_prop(
     let surface = Surface::new(mesh, &vertices, 0.5 * settings.cover);
     // A mesh has a triangle.
     let fitted = cover(mesh, &vertices, &surface, JointId::ROOT, settings);
-    let (balls, fit) = fitted.unwrap_or_default();
-    let spheres = balls
-        .iter()
-        .map(|ball| Sphere::new(ball.centre, ball.radius));
+    let (spheres, fit) = fitted.unwrap_or_default();
     let prop = Prop {
         joint,
-        spheres: spheres.collect(),
+        spheres,
         is_body: false,
     };
     Ok((prop, fit))

@@ -7,10 +7,10 @@ use gltf_json::animation::{Animation, Interpolation, Property, Sampler};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 
-use super::GltfError;
 use super::buffers::{Container, FLOATS};
+use super::named;
 use super::nodes::{Local, node_name};
-use crate::MOST_ENTRIES;
+use crate::{FileError, MOST_ENTRIES};
 
 /// The channels of an animation that move nodes and whose interpolation is known: node, property and index of the sampler.
 pub(super) fn targets(
@@ -38,7 +38,7 @@ pub(super) fn targets(
 pub(super) fn moved_nodes(
     container: &Container,
     moves: impl Fn(usize) -> bool,
-) -> Result<HashSet<usize>, GltfError> {
+) -> Result<HashSet<usize>, FileError> {
     let buffers = container.root.buffers.iter();
     let bytes = buffers.fold(0u64, |sum, buffer| sum.saturating_add(buffer.byte_length.0));
     // Accessors with more elements than the buffers have bytes are reported when they are read.
@@ -58,7 +58,9 @@ pub(super) fn moved_nodes(
     }
     match keys <= MOST_ENTRIES {
         true => Ok(nodes),
-        false => Err(GltfError::TooManyKeys { keys }),
+        false => Err(FileError::Invalid(format!(
+            "the animations have {keys} keys together; {MOST_ENTRIES} are the most"
+        ))),
     }
 }
 
@@ -85,18 +87,16 @@ impl Tracks {
         container: &Container,
         animation: &Animation,
         moves: impl Fn(usize) -> bool,
-    ) -> Result<Self, GltfError> {
+    ) -> Result<Self, FileError> {
         let mut nodes: HashMap<usize, [Option<Track>; 3]> = HashMap::new();
         for (node, property, sampler) in targets(animation).filter(|&(node, ..)| moves(node)) {
             let of_animation = || format!("animation \"{name}\"");
-            let found = animation.samplers.get(sampler);
-            let sampler =
-                found.ok_or_else(|| GltfError::index(of_animation(), "sampler", sampler))?;
+            let sampler = named(&animation.samplers, sampler, of_animation(), "sampler")?;
             let mut track = Track::read(container, sampler, property)?;
             track.check(property).map_err(|(key, problem)| {
                 let of_node = node_name(container, node);
                 let key = format!("{}, node \"{of_node}\", key {key}", of_animation());
-                GltfError::part(key, problem)
+                FileError::part(key, problem)
             })?;
             let part = match property {
                 Property::Rotation => 1,
@@ -152,15 +152,15 @@ impl Track {
         container: &Container,
         sampler: &Sampler,
         property: Property,
-    ) -> Result<Self, GltfError> {
+    ) -> Result<Self, FileError> {
         let (input, output) = (sampler.input.value(), sampler.output.value());
         let from = "a sampler";
-        let times = container.elements::<_, 1>(input, from, FLOATS)?;
+        let times = container.elements::<_, 1>(input, from, &FLOATS)?;
         let values: Vec<Vec4> = if property == Property::Rotation {
-            let values = container.elements::<_, 4>(output, from, FLOATS)?;
+            let values = container.elements::<_, 4>(output, from, &FLOATS)?;
             values.into_iter().map(Vec4::from).collect()
         } else {
-            let values = container.elements::<_, 3>(output, from, FLOATS)?;
+            let values = container.elements::<_, 3>(output, from, &FLOATS)?;
             values
                 .into_iter()
                 .map(|v| Vec3::from(v).extend(0.0))
@@ -332,56 +332,5 @@ impl Frames {
             seconds: frame as f64 / self.rate,
             slack: OFF / self.rate,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn frames(tracks: &[&[f32]]) -> Frames {
-        Frames::of(tracks.iter().copied())
-    }
-
-    #[test]
-    fn a_common_rate_is_found_again() {
-        for rate in [15.0, 23.976, 24.0, 30.0, 60.0, 120.0, 240.0] {
-            for count in [2u64, 3, 50, 5000] {
-                let start = 7.0 / rate;
-                let times: Vec<f32> = (0..count)
-                    .map(|k| (start + k as f64 / rate) as f32)
-                    .collect();
-                let sparse: Vec<f32> = times.iter().copied().step_by(3).collect();
-                let found = frames(&[&times, &sparse, &times[..1]]);
-                assert_eq!(found.count, count + 7, "{rate}");
-                assert!((found.rate / rate - 1.0).abs() < 1e-4, "{rate}: {found:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_grid_with_gaps_in_every_track_is_found() {
-        let on = |frames: &[u32]| -> Vec<f32> {
-            frames
-                .iter()
-                .map(|&k| (f64::from(k) / 30.0) as f32)
-                .collect()
-        };
-        let (a, b) = (on(&[0, 1, 5, 90]), on(&[0, 40, 42, 47]));
-        let found = frames(&[&a, &b]);
-        assert_eq!(found.count, 91);
-        assert!((found.rate - 30.0).abs() < 1e-3);
-    }
-
-    #[test]
-    fn keys_at_any_time_are_sampled() {
-        let found = frames(&[&[0.0, 0.31, 0.4567, 2.0]]);
-        assert_eq!((found.rate, found.count), (USUAL_RATE, 121));
-        let found = frames(&[&[0.0, 1e-20, 2.0]]);
-        assert_eq!((found.rate, found.count), (USUAL_RATE, 121));
-        assert_eq!(frames(&[&[3.0], &[3.0]]).count, 1);
-        assert_eq!(frames(&[&[1.0], &[2.0]]).count, 121);
-        // Keys on a grid that 0 is not on.
-        assert_eq!(frames(&[&[0.55, 0.65, 0.75]]).count, 46);
     }
 }

@@ -6,6 +6,7 @@
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
@@ -18,7 +19,8 @@ use sabaki::archive::LARGEST_FILE;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::GltfError;
+use super::named;
+use crate::FileError;
 use crate::file::without_mark;
 
 const MAGIC: &[u8] = b"glTF";
@@ -56,11 +58,11 @@ pub(super) struct Container<'a> {
 
 impl<'a> Container<'a> {
     /// `load` is called only for files in the same folder or below, only for the buffers that are needed, and once for each URI.
-    pub(super) fn parse(bytes: &'a [u8], load: Load<'a>) -> Result<Self, GltfError> {
+    pub(super) fn parse(bytes: &'a [u8], load: Load<'a>) -> Result<Self, FileError> {
         let (json, binary) = split(bytes)?;
         let root = parse_root(json)?;
         if !root.asset.version.starts_with("2.") {
-            return Err(GltfError::Version(root.asset.version.clone()));
+            return Err(wrong_version(&root.asset.version));
         }
         let mut first = HashMap::new();
         let same = root.buffers.iter().enumerate().map(|(index, buffer)| {
@@ -86,19 +88,19 @@ impl<'a> Container<'a> {
     }
 
     /// Bytes of a buffer. `from` names what refers to it.
-    fn buffer(&self, index: usize, from: &str) -> Result<&[u8], GltfError> {
-        let buffer = self.root.buffers.get(index);
-        let failed = |problem: String| GltfError::part(format!("buffer {index}"), problem);
-        let bytes = match (buffer.and_then(|buffer| buffer.uri.as_ref()), self.binary) {
+    fn buffer(&self, index: usize, from: &str) -> Result<&[u8], FileError> {
+        let buffer = named(&self.root.buffers, index, from, "buffer")?;
+        let failed = |problem: String| FileError::part(format!("buffer {index}"), problem);
+        let bytes = match (&buffer.uri, self.binary) {
             (Some(uri), _) => {
                 let read = self.read[self.same[index]].get_or_init(|| self.read(uri));
                 read.as_ref().map_err(|problem| failed(problem.clone()))?
             }
             // Only the first buffer can be the GLB container's binary chunk.
             (None, Some(binary)) if index == 0 => binary,
-            _ => return Err(GltfError::index(from, "buffer", index)),
+            _ => return Err(failed("it has no bytes".to_owned())),
         };
-        let wanted = buffer.map_or(0, |buffer| buffer.byte_length.0);
+        let wanted = buffer.byte_length.0;
         match bytes.len() as u64 >= wanted {
             true => Ok(bytes),
             false => Err(failed(format!(
@@ -122,9 +124,8 @@ impl<'a> Container<'a> {
     }
 
     /// Bytes of a buffer view, or `None` if it ends beyond its buffer. `from` names what refers to it.
-    pub(super) fn view(&self, index: usize, from: &str) -> Result<Option<&[u8]>, GltfError> {
-        let view = self.root.buffer_views.get(index);
-        let view = view.ok_or_else(|| GltfError::index(from, "buffer view", index))?;
+    pub(super) fn view(&self, index: usize, from: &str) -> Result<Option<&[u8]>, FileError> {
+        let view = named(&self.root.buffer_views, index, from, "buffer view")?;
         let Some(compressed) = Compressed::of(view) else {
             return Ok(within(self.buffer(view.buffer.value(), from)?, view));
         };
@@ -137,7 +138,7 @@ impl<'a> Container<'a> {
         });
         let decoded = decoded.as_ref().map_err(|&problem| {
             let view = format!("buffer view {index}, compressed by EXT_meshopt_compression");
-            GltfError::part(view, problem)
+            FileError::part(view, problem)
         })?;
         Ok(Some(decoded))
     }
@@ -267,28 +268,36 @@ impl Compressed {
     }
 }
 
-fn parse_root(json: &[u8]) -> Result<Root, GltfError> {
+fn wrong_version(version: impl Display) -> FileError {
+    FileError::Invalid(format!("glTF {version}: only version 2 can be read"))
+}
+
+fn parse_root(json: &[u8]) -> Result<Root, FileError> {
     let parsed = Root::from_slice(json).or_else(|error| match without_nodeless(json) {
         Some(json) => Root::from_slice(&json),
         None => Err(error),
     });
-    parsed.map_err(|error| GltfError::Json(error.to_string()))
+    parsed.map_err(|error| {
+        let problem = format!("neither a GLB container nor the JSON of glTF: {error}");
+        FileError::Invalid(problem)
+    })
 }
 
 /// JSON and binary chunk of a GLB container, or the whole file as JSON. Chunks of other types are
 /// skipped, as the specification requires.
-fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), FileError> {
     if !bytes.starts_with(MAGIC) {
         return Ok((without_mark(bytes), None));
     }
-    let cut_off = || GltfError::Container("it is cut off");
+    let damaged = |problem| FileError::part("the GLB container is damaged", problem);
+    let cut_off = || damaged("it is cut off");
     let word = |at: usize| -> Option<u32> {
         let four = bytes.get(at..at.checked_add(4)?)?;
         Some(u32::from_le_bytes(four.try_into().ok()?))
     };
     match word(4).ok_or_else(cut_off)? {
         2 => {}
-        version => return Err(GltfError::Version(version.to_string())),
+        version => return Err(wrong_version(version)),
     }
     let length = word(8).ok_or_else(cut_off)? as usize;
     if length > bytes.len() {
@@ -308,7 +317,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
         }
         at += 8 + size;
     }
-    let json = json.ok_or(GltfError::Container("it has no JSON"))?;
+    let json = json.ok_or_else(|| damaged("it has no JSON"))?;
     Ok((json, binary))
 }
 
@@ -351,16 +360,16 @@ impl Container<'_> {
         &self,
         index: usize,
         from: &str,
-        decoder: Decoder<T>,
-    ) -> Result<Vec<[T; N]>, GltfError> {
-        let accessor = self.root.accessors.get(index);
-        let accessor = accessor.ok_or_else(|| GltfError::index(from, "accessor", index))?;
-        let wrong = |problem| GltfError::part(format!("accessor {index}"), problem);
+        decoder: &Decoder<T>,
+    ) -> Result<Vec<[T; N]>, FileError> {
+        let accessor = named(&self.root.accessors, index, from, "accessor")?;
+        let wrong = |problem| FileError::part(format!("accessor {index}"), problem);
         let component = match accessor.component_type {
             Checked::Valid(component) => component.0,
             Checked::Invalid => return Err(wrong("it has no known component type")),
         };
-        let decode = decoder(component, accessor.normalized).map_err(wrong)?;
+        let is_normalised = accessor.normalized;
+        (decoder.check)(component, is_normalised).map_err(wrong)?;
         let is_as_wide = |kind: Type| kind != Type::Mat2 && kind.multiplicity() == N;
         if !matches!(accessor.type_, Checked::Valid(kind) if is_as_wide(kind)) {
             return Err(wrong("its elements have not the size that is wanted"));
@@ -383,14 +392,17 @@ impl Container<'_> {
             let is_within = |bytes: &&[u8]| end.is_some_and(|end| end <= bytes.len() as u64);
             let bytes = bytes.filter(is_within);
             let bytes = bytes.ok_or_else(|| wrong("it is not within its buffer"))?;
-            Ok::<_, GltfError>(
+            Ok::<_, FileError>(
                 (0..count as usize).map(move |element| &bytes[element * stride..][..size]),
             )
         };
-        let values = |view, offset, count| -> Result<Vec<[T; N]>, GltfError> {
+        let values = |view, offset, count| -> Result<Vec<[T; N]>, FileError> {
             let size = component.size();
             let elements = bytes(view, offset, count, size * N)?;
-            let part = |bytes: &[u8], part| decode(component, &bytes[part * size..]);
+            let part = |bytes: &[u8], part| {
+                let own = &bytes[part * size..][..size];
+                (decoder.convert)(number(component, is_normalised, own))
+            };
             Ok(elements
                 .map(|bytes| std::array::from_fn(|at| part(bytes, at)))
                 .collect())
@@ -427,29 +439,35 @@ impl Container<'_> {
     }
 }
 
-/// Decodes the component at the start of bytes, which must be long enough.
-type Decode<T> = fn(ComponentType, &[u8]) -> T;
-
-/// Chooses how to decode components of a type, which may be normalised.
-type Decoder<T> = fn(ComponentType, bool) -> Result<Decode<T>, &'static str>;
+/// How the components of an accessor are read.
+pub(super) struct Decoder<T> {
+    /// Refuses components of a type, which may be normalised.
+    check: fn(ComponentType, bool) -> Result<(), &'static str>,
+    convert: fn(f64) -> T,
+}
 
 /// Reads floats. Integers must be normalised.
-pub(super) const FLOATS: Decoder<f32> = |component, is_normalised| match component {
-    ComponentType::F32 => Ok(number),
-    _ if is_normalised => Ok(number),
-    _ => Err("its integers are not normalised"),
+pub(super) const FLOATS: Decoder<f32> = Decoder {
+    check: |component, is_normalised| match is_normalised || component == ComponentType::F32 {
+        true => Ok(()),
+        false => Err("its integers are not normalised"),
+    },
+    convert: |number| number as f32,
 };
 
 /// Reads floats. Integers may be normalised or stand for themselves, as `KHR_mesh_quantization` allows.
-pub(super) const COORDINATES: Decoder<f32> =
-    |component, is_normalised| Ok(FLOATS(component, is_normalised).unwrap_or(whole_number));
+pub(super) const COORDINATES: Decoder<f32> = Decoder {
+    check: |_, _| Ok(()),
+    ..FLOATS
+};
 
 /// Reads unsigned integers.
-pub(super) const INTEGERS: Decoder<u32> = |component, is_normalised| match component {
-    ComponentType::U8 | ComponentType::U16 | ComponentType::U32 if !is_normalised => {
-        Ok(|component, bytes| little_endian(&bytes[..component.size()]) as u32)
-    }
-    _ => Err("its elements are not unsigned integers"),
+pub(super) const INTEGERS: Decoder<u32> = Decoder {
+    check: |component, is_normalised| match component {
+        ComponentType::U8 | ComponentType::U16 | ComponentType::U32 if !is_normalised => Ok(()),
+        _ => Err("its elements are not unsigned integers"),
+    },
+    convert: |number| number as u32,
 };
 
 /// Unsigned little-endian number of up to four bytes.
@@ -458,27 +476,20 @@ fn little_endian(bytes: &[u8]) -> usize {
     bytes.fold(0, |number, &byte| number << 8 | usize::from(byte))
 }
 
-/// The number at the start of `bytes`, which must be long enough.
-fn number(component: ComponentType, bytes: &[u8]) -> f32 {
-    let two = || [bytes[0], bytes[1]];
-    let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
-    match component {
-        ComponentType::I8 => (f32::from(bytes[0].cast_signed()) / 127.0).max(-1.0),
-        ComponentType::U8 => f32::from(bytes[0]) / 255.0,
-        ComponentType::I16 => (f32::from(i16::from_le_bytes(two())) / 32767.0).max(-1.0),
-        ComponentType::U16 => f32::from(u16::from_le_bytes(two())) / 65535.0,
-        ComponentType::U32 => (f64::from(u32::from_le_bytes(four())) / f64::from(u32::MAX)) as f32,
-        ComponentType::F32 => f32::from_le_bytes(four()),
-    }
-}
-
-/// The integer at the start of `bytes`, which must be long enough, as it is.
-fn whole_number(component: ComponentType, bytes: &[u8]) -> f32 {
-    let value = little_endian(&bytes[..component.size()]);
-    match component {
-        ComponentType::I8 => f32::from(value as u8 as i8),
-        ComponentType::I16 => f32::from(value as u16 as i16),
-        _ => value as f32,
+/// The component in these bytes.
+fn number(component: ComponentType, is_normalised: bool, bytes: &[u8]) -> f64 {
+    let whole = little_endian(bytes);
+    let (value, most) = match component {
+        ComponentType::I8 => (f64::from(whole as u8 as i8), 127.0),
+        ComponentType::U8 => (whole as f64, 255.0),
+        ComponentType::I16 => (f64::from(whole as u16 as i16), 32767.0),
+        ComponentType::U16 => (whole as f64, 65535.0),
+        ComponentType::U32 => (whole as f64, f64::from(u32::MAX)),
+        ComponentType::F32 => return f64::from(f32::from_bits(whole as u32)),
+    };
+    match is_normalised {
+        true => (value / most).max(-1.0),
+        false => value,
     }
 }
 

@@ -4,14 +4,13 @@ use std::path::Path;
 use glam::{DMat3, Quat, Vec3};
 use serde::Deserialize;
 
-use super::GltfError;
 use super::animation::{Frames, Tracks, moved_nodes, targets};
 use super::buffers::Container;
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
-use crate::bvh::{UsedNames, repeated_names};
+use crate::bvh::UsedNames;
 use crate::figure::{clip_of, mapped};
 use crate::rotation::{nearest_rotation, outer};
-use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
+use crate::{EventEntry, FileError, LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
@@ -25,8 +24,6 @@ pub struct GltfFile {
     pub skeleton: Skeleton,
     /// Rotation of each joint without animation. The root's is in the file's space.
     pub rest: Vec<Quat>,
-    /// Node of each joint.
-    pub nodes: Vec<usize>,
     /// The names that several joints have in the file; all but the first of each were renamed.
     pub repeated_names: Vec<String>,
     /// Animations in the order of the file, at least one.
@@ -61,7 +58,7 @@ impl GltfFile {
     pub fn parse(
         bytes: &[u8],
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
-    ) -> Result<Self, GltfError> {
+    ) -> Result<Self, FileError> {
         let container = Container::parse(bytes, &mut load)?;
         let mut nodes = Nodes::of(&container.root)?;
         let beyond = nodes.leave_out_ends_of_ends(&container.root);
@@ -80,9 +77,11 @@ impl GltfFile {
         let is_moving = |node: usize| of_rig.contains(&node);
         let moved = moved_nodes(&container, is_moving)?;
         if moved.is_empty() {
-            return Err(GltfError::NoAnimation);
+            return Err(FileError::invalid(
+                "the file has no animation of its skeleton",
+            ));
         }
-        let skeleton = rig.skeleton(&container, &moved)?;
+        let (skeleton, repeated_names) = rig.skeleton(&container, &moved)?;
         let (mut animations, mut entries) = (Vec::new(), 0);
         let mut taken = UsedNames::default();
         for (index, animation) in container.root.animations.iter().enumerate() {
@@ -112,16 +111,11 @@ impl GltfFile {
                 name: tracks.name,
             });
         }
-        let names = nodes.joints.iter().map(|&node| node_name(&container, node));
-        let names: Vec<String> = names.collect();
-        let mut repeated_names = repeated_names(names.iter().map(String::as_str));
-        repeated_names.sort();
         let rest = rig.rest.iter().map(|(rotation, _)| *rotation).collect();
         Ok(Self {
             skeleton,
             rest,
             repeated_names,
-            nodes: nodes.joints,
             animations,
             notes,
         })
@@ -144,8 +138,12 @@ impl GltfFile {
     }
 }
 
+fn of_animation(name: &str, problem: String) -> FileError {
+    FileError::part(format!("animation \"{name}\""), problem)
+}
+
 /// Events in the `extras` of an animation.
-fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEntry>, GltfError> {
+fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEntry>, FileError> {
     /// Contents of the key `sabaki`.
     #[derive(Deserialize)]
     struct SabakiExtras {
@@ -154,9 +152,8 @@ fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEn
     let Some(extras) = &animation.extras else {
         return Ok(Vec::new());
     };
-    let failed = |error: serde_json::Error| {
-        GltfError::animation(name, format!("the events in its extras: {error}"))
-    };
+    let failed =
+        |error: serde_json::Error| of_animation(name, format!("the events in its extras: {error}"));
     // Other keys belong to other programs and may hold anything.
     let value: serde_json::Value = serde_json::from_str(extras.get()).map_err(failed)?;
     match value.get("sabaki") {
@@ -255,12 +252,12 @@ impl<'a> Rig<'a> {
     }
 
     /// Builds the skeleton. A leaf whose name marks it as an end, and that no animation moves,
-    /// becomes an end site.
+    /// becomes an end site. Returns the names that several joints had, too.
     fn skeleton(
         &self,
         container: &Container,
         turned: &HashSet<usize>,
-    ) -> Result<Skeleton, GltfError> {
+    ) -> Result<(Skeleton, Vec<String>), FileError> {
         let mut has_child = vec![false; self.rest.len()];
         for parent in self.parents().flatten() {
             has_child[parent] = true;
@@ -285,7 +282,9 @@ impl<'a> Rig<'a> {
                 name,
             });
         }
-        Ok(Skeleton::new(joints)?)
+        taken.repeated.sort();
+        let skeleton = Skeleton::new(joints).map_err(ClipError::from)?;
+        Ok((skeleton, taken.repeated))
     }
 
     /// Samples an animation. `entries` counts the frames times joints of all animations, with the nodes above the root.
@@ -294,7 +293,7 @@ impl<'a> Rig<'a> {
         skeleton: &Skeleton,
         tracks: &Tracks,
         entries: &mut u64,
-    ) -> Result<Clip, GltfError> {
+    ) -> Result<Clip, FileError> {
         let frames = Frames::of(tracks.times().collect::<Vec<_>>().into_iter());
         let joints = self.chain.len();
         let own = frames.count.saturating_mul(joints as u64);
@@ -304,12 +303,12 @@ impl<'a> Rig<'a> {
             let problem = format!(
                 "{frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"
             );
-            return Err(GltfError::animation(&tracks.name, problem));
+            return Err(of_animation(&tracks.name, problem));
         }
         let seconds = (frames.count - 1) as f64 / frames.rate;
         if seconds > LONGEST_CLIP {
             let problem = format!("it lasts {seconds} s; {LONGEST_CLIP} s is the most");
-            return Err(GltfError::animation(&tracks.name, problem));
+            return Err(of_animation(&tracks.name, problem));
         }
         let mut worlds = Vec::new();
         let pose = |frame: usize, pose: &mut Pose| {

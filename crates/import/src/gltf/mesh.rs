@@ -15,9 +15,10 @@ use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::texture::Info;
 use gltf_json::validation::Checked;
 
-use super::GltfError;
-use super::buffers::{COORDINATES, Container, FLOATS, INTEGERS, unread};
-use super::nodes::{Local, Nodes, World, largest_skin, node_name};
+use super::buffers::{COORDINATES, Container, Decoder, FLOATS, INTEGERS, unread};
+use super::named;
+use super::nodes::{Local, Nodes, World, largest_skin, node_name, too_many_joints};
+use crate::FileError;
 use crate::bvh::UsedNames;
 use sabaki::anim::Skeleton;
 
@@ -82,23 +83,25 @@ impl SkinnedMesh {
     pub fn parse(
         bytes: &[u8],
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
-    ) -> Result<Self, GltfError> {
+    ) -> Result<Self, FileError> {
         let container = Container::parse(bytes, &mut load)?;
         if let Some(name) = unread(&container.root.extensions_required).next() {
-            return Err(GltfError::Extension(name.clone()));
+            return Err(FileError::Invalid(format!(
+                "it requires the extension {name}, which is not read"
+            )));
         }
         let (mut parts, [unskinned, no_triangles, morphs]) = parts(&container)?;
         let skins: BTreeSet<usize> = parts.iter().map(|part| part.skin).collect();
         let mut of_images = HashMap::new();
         for part in &parts {
-            *of_images.entry(part.image).or_insert(0) += part.vertices;
+            *of_images.entry(part.image()).or_insert(0) += part.vertices;
         }
         of_images.remove(&None);
         let main = of_images
             .iter()
             .max_by_key(|&(&image, &vertices)| (vertices, std::cmp::Reverse(image)));
         let main = main.and_then(|(&image, _)| image);
-        parts.sort_by_key(|part| part.image);
+        parts.sort_by_key(Part::image);
         let mut builder = Builder {
             container: &container,
             rig: Rig::of(&container, &skins)?,
@@ -108,8 +111,8 @@ impl SkinnedMesh {
         };
         // Each image is decoded once, and only the mesh's own and the current one are in memory.
         let mut texture = None;
-        for parts in parts.chunk_by(|a, b| a.image == b.image) {
-            let image = parts[0].image;
+        for parts in parts.chunk_by(|a, b| a.image() == b.image()) {
+            let image = parts[0].image();
             let decoded = image.map(|image| decoded(&container, image)).transpose()?;
             let other = decoded.as_ref().filter(|_| image != main);
             for part in parts {
@@ -127,7 +130,7 @@ impl SkinnedMesh {
             ..
         } = builder;
         if triangles.is_empty() {
-            return Err(GltfError::NoMesh);
+            return Err(FileError::NoMesh);
         }
         let mut notes: Vec<String> = Container::note_of_extensions(&container.root.extensions_used)
             .into_iter()
@@ -173,13 +176,18 @@ struct Part<'a> {
     /// Linear colour of its material.
     factor: [f32; 4],
     /// Texture of its base colour, and the image of that.
-    texture: Option<&'a Info>,
-    image: Option<usize>,
+    texture: Option<(&'a Info, usize)>,
+}
+
+impl Part<'_> {
+    fn image(&self) -> Option<usize> {
+        self.texture.map(|(_, image)| image)
+    }
 }
 
 /// All triangles that skins move, node by node; and numbers of nodes without a skin, of parts that are no skinned triangles, and of parts
 /// with morph targets.
-fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3]), GltfError> {
+fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3]), FileError> {
     const NEEDED: [Semantic; 3] = [
         Semantic::Positions,
         Semantic::Joints(0),
@@ -205,8 +213,7 @@ fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3])
             continue;
         };
         let index = mesh.value();
-        let missing = || GltfError::index(format!("node {node}"), "mesh", index);
-        let mesh = root.meshes.get(index).ok_or_else(missing)?;
+        let mesh = named(&root.meshes, index, format!("node {node}"), "mesh")?;
         let primitives = used.entry(index).or_insert_with(|| {
             let all = mesh.primitives.iter();
             let count = |is_it: &dyn Fn(&&Primitive) -> bool| all.clone().filter(is_it).count();
@@ -219,7 +226,7 @@ fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3])
             let vertices = vertices(primitive);
             total = total.saturating_add(vertices);
             if total > MOST_VERTICES as u64 {
-                return Err(TOO_LARGE);
+                return Err(too_large());
             }
             let (factor, texture) = material(container, primitive)?;
             parts.push(Part {
@@ -227,15 +234,20 @@ fn parts<'a>(container: &'a Container<'a>) -> Result<(Vec<Part<'a>>, [usize; 3])
                 primitive,
                 vertices,
                 factor,
-                texture: texture.map(|(info, _)| info),
-                image: texture.map(|(_, image)| image),
+                texture,
             });
         }
     }
     Ok((parts, [unskinned, no_triangles, morphs]))
 }
 
-const TOO_LARGE: GltfError = GltfError::Mesh("it has more than 1,048,576 vertices or triangles");
+fn too_large() -> FileError {
+    no_mesh("it has more than 1,048,576 vertices or triangles")
+}
+
+fn no_mesh(problem: &str) -> FileError {
+    FileError::part("the skinned mesh", problem)
+}
 
 fn attribute(primitive: &Primitive, wanted: Semantic) -> Option<usize> {
     let found = primitive.attributes.get(&Checked::Valid(wanted));
@@ -248,23 +260,19 @@ type Base<'a> = ([f32; 4], Option<(&'a Info, usize)>);
 fn material<'a>(
     container: &'a Container<'a>,
     primitive: &Primitive,
-) -> Result<Base<'a>, GltfError> {
+) -> Result<Base<'a>, FileError> {
     let root = &container.root;
     let Some(material) = primitive.material else {
         return Ok(([1.0; 4], None));
     };
-    let missing = |what, index| GltfError::index("a material", what, index);
-    let index = material.value();
-    let material = root.materials.get(index);
-    let material = material.ok_or_else(|| missing("material", index))?;
+    const FROM: &str = "a material";
+    let material = named(&root.materials, material.value(), FROM, "material")?;
     let base = &material.pbr_metallic_roughness;
     let factor = base.base_color_factor.0.map(|part| part.clamp(0.0, 1.0));
     let Some(info) = &base.base_color_texture else {
         return Ok((factor, None));
     };
-    let index = info.index.value();
-    let texture = root.textures.get(index);
-    let texture = texture.ok_or_else(|| missing("texture", index))?;
+    let texture = named(&root.textures, info.index.value(), FROM, "texture")?;
     Ok((factor, Some((info, texture.source.value()))))
 }
 
@@ -294,10 +302,10 @@ struct Rig<'a> {
 }
 
 impl<'a> Rig<'a> {
-    fn of(container: &'a Container<'a>, used: &BTreeSet<usize>) -> Result<Self, GltfError> {
+    fn of(container: &'a Container<'a>, used: &BTreeSet<usize>) -> Result<Self, FileError> {
         let root = &container.root;
         let largest = largest_skin(root).filter(|(_, skin)| !skin.joints.is_empty());
-        let (largest, _) = largest.ok_or(GltfError::NoMesh)?;
+        let (largest, _) = largest.ok_or(FileError::NoMesh)?;
         let mut rig = Self {
             container,
             nodes: Nodes::of(root)?,
@@ -313,35 +321,30 @@ impl<'a> Rig<'a> {
             let name = rig.taken.first_free(&node_name(container, node), "_");
             rig.names.insert(node, name);
         }
-        rig.add_skin(largest, |_, own| own)?;
+        rig.add_skin(largest, true)?;
         for &index in used.iter().filter(|&&index| index != largest) {
-            rig.add_skin(index, |above, own| above * own)?;
+            rig.add_skin(index, false)?;
         }
         Ok(rig)
     }
 
-    /// Adds a skin. `bind` returns the frame of a joint that is new, from how the joint above it moves vertices and from its frame in the
-    /// skin's own bind pose. A joint without one above it moves them as the nodes stand.
-    fn add_skin(
-        &mut self,
-        index: usize,
-        bind: impl Fn(Affine3A, Affine3A) -> Affine3A,
-    ) -> Result<(), GltfError> {
+    /// Adds a skin. The joints of the largest one have the frames of its own bind pose; new ones of another skin have those that the joints
+    /// above them, or the nodes as they stand, move it to.
+    fn add_skin(&mut self, index: usize, is_largest: bool) -> Result<(), FileError> {
         let root = &self.container.root;
-        let skin = root.skins.get(index);
-        let skin = skin.ok_or_else(|| GltfError::index("a node", "skin", index))?;
+        let skin = named(&root.skins, index, "a node", "skin")?;
         let inverses = match skin.inverse_bind_matrices {
             Some(accessor) => {
                 let from = format!("skin {index}");
                 self.container
-                    .elements::<_, 16>(accessor.value(), &from, FLOATS)?
+                    .elements::<_, 16>(accessor.value(), &from, &FLOATS)?
             }
             None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
         };
         let joints = skin.joints.iter().map(|node| node.value());
         let mut own: Vec<(usize, usize)> = joints.enumerate().collect();
-        if let Some(&(_, node)) = own.iter().find(|&&(_, node)| node >= root.nodes.len()) {
-            return Err(GltfError::index("a skin", "node", node));
+        for &(_, node) in &own {
+            named(&root.nodes, node, "a skin", "node")?;
         }
         // Parents before children, and the joints of the skeleton in its order.
         let places: HashMap<usize, usize> = self.nodes.joints.iter().copied().zip(0..).collect();
@@ -358,7 +361,7 @@ impl<'a> Rig<'a> {
         let mut moves: HashMap<usize, Affine3A> = HashMap::new();
         for (joint, node) in own {
             let wrong =
-                |problem: &str| GltfError::part(format!("joint {joint} of skin {index}"), problem);
+                |problem: &str| FileError::part(format!("joint {joint} of skin {index}"), problem);
             let inverse = inverses.get(joint);
             let inverse = inverse.ok_or_else(|| wrong("it has no bind matrix"))?;
             let inverse = Affine3A::from_mat4(Mat4::from_cols_array(inverse));
@@ -370,14 +373,14 @@ impl<'a> Rig<'a> {
             let (known, frame) = match self.known.get(&node) {
                 Some(&known) => known,
                 None => {
-                    let above = self
-                        .nodes
-                        .ancestry(node)
-                        .find_map(|node| moves.get(&node).copied());
-                    let above = above.unwrap_or_else(|| {
-                        self.to_bind * self.world(node).points.as_affine3a() * inverse
-                    });
-                    let frame = bind(above, own_frame);
+                    let moved = |node| moves.get(&node).copied();
+                    let above = self.nodes.ancestry(node).find_map(moved);
+                    let as_it_stands =
+                        || self.to_bind * self.world(node).points.as_affine3a() * inverse;
+                    let frame = match is_largest {
+                        true => own_frame,
+                        false => above.unwrap_or_else(as_it_stands) * own_frame,
+                    };
                     (self.add_joint(node, frame)?, frame)
                 }
             };
@@ -397,10 +400,10 @@ impl<'a> Rig<'a> {
         })
     }
 
-    fn add_joint(&mut self, node: usize, frame: Affine3A) -> Result<usize, GltfError> {
+    fn add_joint(&mut self, node: usize, frame: Affine3A) -> Result<usize, FileError> {
         let index = self.joints.len();
         if index >= Skeleton::MAX_JOINTS {
-            return Err(GltfError::TooManyJoints);
+            return Err(too_many_joints());
         }
         let world = self.world(node);
         let standing = Mat3A::from_quat(world.rotation.as_quat())
@@ -449,57 +452,38 @@ struct Builder<'a> {
 /// An object that refers to an accessor, for error messages.
 const FROM: &str = "a primitive";
 
-/// The values of an attribute, if there are as many as vertices.
-fn checked<T>(values: Vec<T>, vertices: usize) -> Result<Vec<T>, GltfError> {
-    match values.len() == vertices {
-        true => Ok(values),
-        false => Err(GltfError::Mesh(
-            "attributes have different numbers of elements",
-        )),
-    }
-}
-
 impl Builder<'_> {
     /// Adds the triangles of a part. `other` is their texture, if it is not the mesh's own; then it is sampled.
-    fn add(&mut self, part: &Part, other: Option<&Texture>) -> Result<(), GltfError> {
+    fn add(&mut self, part: &Part, other: Option<&Texture>) -> Result<(), FileError> {
         let (container, primitive) = (self.container, part.primitive);
-        let find = |wanted| attribute(primitive, wanted);
-        let Some(positions) = find(Semantic::Positions) else {
+        let Some(positions) = attribute(primitive, Semantic::Positions) else {
             return Ok(());
         };
-        let positions = container.elements::<_, 3>(positions, FROM, COORDINATES)?;
+        let positions = container.elements::<_, 3>(positions, FROM, &COORDINATES)?;
         let count = positions.len();
         let mut influences = Vec::new();
         for set in 0..MOST_SETS {
-            let (Some(joints), Some(weights)) =
-                (find(Semantic::Joints(set)), find(Semantic::Weights(set)))
-            else {
+            let joints = self.values::<_, 4>(primitive, Semantic::Joints(set), &INTEGERS, count)?;
+            let weights = self.values::<_, 4>(primitive, Semantic::Weights(set), &FLOATS, count)?;
+            let Some(both) = joints.zip(weights) else {
                 break;
             };
-            let joints = checked(container.elements::<_, 4>(joints, FROM, INTEGERS)?, count)?;
-            let weights = checked(container.elements::<_, 4>(weights, FROM, FLOATS)?, count)?;
-            influences.push((joints, weights));
+            influences.push(both);
         }
-        let (uv_set, placement) = part.texture.map(placement).unzip();
+        let (uv_set, placement) = part.texture.map(|(info, _)| placement(info)).unzip();
         let placement = placement.unwrap_or(Affine2::IDENTITY);
-        let uvs = uv_set.and_then(|set| find(Semantic::TexCoords(set)));
-        let uvs =
-            uvs.map(|index| checked(container.elements::<_, 2>(index, FROM, COORDINATES)?, count));
-        let uvs = uvs.transpose()?;
-        let normals = find(Semantic::Normals);
-        let normals = normals
-            .map(|index| checked(container.elements::<_, 3>(index, FROM, COORDINATES)?, count));
-        let normals = normals.transpose()?;
-        let colours = find(Semantic::Colors(0));
-        let colours = colours.map(|index| checked(self.colours(index)?, count));
-        let colours = colours.transpose()?;
+        let of_uvs =
+            |set| self.values::<_, 2>(primitive, Semantic::TexCoords(set), &COORDINATES, count);
+        let uvs = uv_set.map(of_uvs).transpose()?.flatten();
+        let normals = self.values::<_, 3>(primitive, Semantic::Normals, &COORDINATES, count)?;
+        let colours = self.colours(primitive, count)?;
         let first = self.vertices.len() as u32;
         let mut triangles = self.triangles_of(primitive, count)?;
         let enough = |held: usize, more: usize| held + more <= MOST_VERTICES;
         if !enough(self.vertices.len(), positions.len())
             || !enough(self.triangles.len(), triangles.len())
         {
-            return Err(TOO_LARGE);
+            return Err(too_large());
         }
         let Some(skin) = self.rig.skins.get(&part.skin) else {
             return Ok(());
@@ -516,7 +500,7 @@ impl Builder<'_> {
             for ((joint, &weight), found) in joints.into_iter().zip(&weights).zip(&mut of_mesh) {
                 if weight > 0.0 {
                     let joint = joint as usize;
-                    let beyond = || GltfError::Mesh("a vertex has a joint beyond its skin");
+                    let beyond = || no_mesh("a vertex has a joint beyond its skin");
                     *found = *skin.order.get(joint).ok_or_else(beyond)?;
                     moves.matrix3 += skin.moves[joint].matrix3 * weight;
                     moves.translation += skin.moves[joint].translation * weight;
@@ -536,9 +520,7 @@ impl Builder<'_> {
                 weights,
             };
             if !vertex.position.is_finite() || uv.is_some_and(|uv| !uv.is_finite()) {
-                return Err(GltfError::Mesh(
-                    "a position or a texture coordinate is not finite",
-                ));
+                return Err(no_mesh("a position or a texture coordinate is not finite"));
             }
             self.vertices.push(vertex);
         }
@@ -555,20 +537,45 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// The values of an attribute, as many as vertices; `None` if the primitive does not have it.
+    fn values<T: Copy + Default, const N: usize>(
+        &self,
+        primitive: &Primitive,
+        wanted: Semantic,
+        decoder: &Decoder<T>,
+        vertices: usize,
+    ) -> Result<Option<Vec<[T; N]>>, FileError> {
+        let Some(index) = attribute(primitive, wanted) else {
+            return Ok(None);
+        };
+        let values = self.container.elements(index, FROM, decoder)?;
+        match values.len() == vertices {
+            true => Ok(Some(values)),
+            false => Err(no_mesh("attributes have different numbers of elements")),
+        }
+    }
+
     /// Linear colours of vertices, from 0 to 1.
-    fn colours(&self, index: usize) -> Result<Vec<[f32; 4]>, GltfError> {
-        let accessor = self.container.root.accessors.get(index);
+    fn colours(
+        &self,
+        primitive: &Primitive,
+        vertices: usize,
+    ) -> Result<Option<Vec<[f32; 4]>>, FileError> {
+        let wanted = || Semantic::Colors(0);
+        let accessor = attribute(primitive, wanted());
+        let accessor = accessor.and_then(|index| self.container.root.accessors.get(index));
         let mut colours = match accessor.map(|accessor| accessor.type_) {
             Some(Checked::Valid(Type::Vec3)) => {
-                let colours = self.container.elements::<_, 3>(index, FROM, FLOATS)?;
-                colours
-                    .into_iter()
-                    .map(|[red, green, blue]| [red, green, blue, 1.0])
-                    .collect()
+                let colours = self.values::<_, 3>(primitive, wanted(), &FLOATS, vertices)?;
+                let opaque = |[red, green, blue]: [f32; 3]| [red, green, blue, 1.0];
+                colours.map(|colours| colours.into_iter().map(opaque).collect())
             }
-            _ => self.container.elements::<_, 4>(index, FROM, FLOATS)?,
+            _ => self.values::<_, 4>(primitive, wanted(), &FLOATS, vertices)?,
         };
-        for part in colours.as_flattened_mut() {
+        for part in colours
+            .iter_mut()
+            .flat_map(|all: &mut Vec<_>| all.as_flattened_mut())
+        {
             *part = part.clamp(0.0, 1.0);
         }
         Ok(colours)
@@ -578,18 +585,18 @@ impl Builder<'_> {
         &self,
         primitive: &Primitive,
         vertices: usize,
-    ) -> Result<Vec<[u32; 3]>, GltfError> {
+    ) -> Result<Vec<[u32; 3]>, FileError> {
         let indices: Vec<u32> = match primitive.indices {
             Some(accessor) => {
                 let indices = self
                     .container
-                    .elements::<_, 1>(accessor.value(), FROM, INTEGERS)?;
+                    .elements::<_, 1>(accessor.value(), FROM, &INTEGERS)?;
                 indices.as_flattened().to_vec()
             }
             None => (0..vertices as u32).collect(),
         };
         if indices.iter().any(|&index| index as usize >= vertices) {
-            return Err(GltfError::Mesh("an index is beyond its vertices"));
+            return Err(no_mesh("an index is beyond its vertices"));
         }
         let (triangles, _) = indices.as_chunks::<3>();
         Ok(triangles.to_vec())
@@ -618,7 +625,7 @@ impl Builder<'_> {
 fn strongest(
     influences: impl Iterator<Item = (u32, f32)>,
     many_joints: &mut usize,
-) -> Result<([u32; 4], [f32; 4]), GltfError> {
+) -> Result<([u32; 4], [f32; 4]), FileError> {
     let mut all: Vec<(u32, f32)> = influences.filter(|&(_, weight)| weight > 0.0).collect();
     if all.len() > 4 {
         *many_joints += 1;
@@ -627,7 +634,7 @@ fn strongest(
     }
     let sum: f32 = all.iter().map(|&(_, weight)| weight).sum();
     if !(1e-6..=1e6).contains(&sum) {
-        return Err(GltfError::Mesh("the weights of a vertex have no sum"));
+        return Err(no_mesh("the weights of a vertex have no sum"));
     }
     let (mut joints, mut weights) = ([0; 4], [0.0; 4]);
     for (at, (joint, weight)) in all.into_iter().enumerate() {
@@ -655,9 +662,8 @@ fn placement(info: &Info) -> (u32, Affine2) {
 }
 
 /// An image of the file.
-fn decoded(container: &Container, index: usize) -> Result<Texture, GltfError> {
-    let image = container.root.images.get(index);
-    let image = image.ok_or_else(|| GltfError::index("a texture", "image", index))?;
+fn decoded(container: &Container, index: usize) -> Result<Texture, FileError> {
+    let image = named(&container.root.images, index, "a texture", "image")?;
     let texture = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => container
             .fetch(uri)
@@ -669,7 +675,7 @@ fn decoded(container: &Container, index: usize) -> Result<Texture, GltfError> {
         }
         (None, None) => Err("it has neither a URI nor a buffer view".to_owned()),
     };
-    texture.map_err(|problem| GltfError::part(format!("image {index}"), problem))
+    texture.map_err(|problem| FileError::part(format!("image {index}"), problem))
 }
 
 /// Maximum width and height of a texture, in texels. It limits memory.

@@ -15,10 +15,6 @@ mod mesh;
 mod nodes;
 mod write;
 
-use sabaki::anim::{ClipError, Skeleton, SkeletonError};
-use thiserror::Error;
-
-use crate::MOST_ENTRIES;
 pub(crate) use buffers::ReadPurpose;
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh, Texture};
@@ -26,86 +22,17 @@ pub use write::write;
 #[cfg(feature = "fbx")]
 pub(crate) use write::{Buffer, animation_of};
 
-/// Reason why a file cannot be read as a skinned glTF animation.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum GltfError {
-    /// The GLB container is truncated, or a chunk is out of range.
-    #[error("the GLB container is damaged: {0}")]
-    Container(&'static str),
-    /// The version is not 2.
-    #[error("glTF {0}: only version 2 can be read")]
-    Version(String),
-    /// The JSON is invalid, or is not glTF.
-    #[error("neither a GLB container nor the JSON of glTF: {0}")]
-    Json(String),
-    /// An index is out of range.
-    #[error("{from} names {what} {index}, which is not there")]
-    Index {
-        /// The object with the index.
-        from: String,
-        /// Kind of the object that it refers to.
-        what: &'static str,
-        /// The index.
-        index: usize,
-    },
-    /// A part of the file, such as a buffer, an accessor, an image or a key of an animation, cannot be used.
-    #[error("{part}: {problem}")]
-    Part {
-        /// The part, with its index or name.
-        part: String,
-        /// Description of the problem.
-        problem: String,
-    },
-    /// The file requires an extension that is not read.
-    #[error("it requires the extension {0}, which is not read")]
-    Extension(String),
-    /// No triangles belong to a skin.
-    #[error("the file has no skinned mesh")]
-    NoMesh,
-    /// The mesh is invalid.
-    #[error("the skinned mesh: {0}")]
-    Mesh(&'static str),
-    /// No skin and no animation refers to a node.
-    #[error("the file has no skin and no animated node")]
-    NoJoints,
-    /// No animation moves the skeleton.
-    #[error("the file has no animation of its skeleton")]
-    NoAnimation,
-    /// A node is its own ancestor or has two parents.
-    #[error("node {0} hangs on itself or on two nodes")]
-    Tree(usize),
-    /// The joints have no common root.
-    #[error("the joints hang on several roots: nodes {0} and {1} have no ancestor in common")]
-    Roots(usize, usize),
-    /// There are more joints, or nodes one below the other, than the maximum.
-    #[error("more than {max} joints", max = Skeleton::MAX_JOINTS)]
-    TooManyJoints,
-    /// The animations would need too much memory.
-    #[error("the animations have {keys} keys together; {MOST_ENTRIES} are the most")]
-    TooManyKeys {
-        /// Number of keys; values of cubic splines count three times.
-        keys: u64,
-    },
-    /// The joints do not form a valid skeleton.
-    #[error(transparent)]
-    Skeleton(#[from] SkeletonError),
-    /// The motion is invalid, usually because positions are too far away.
-    #[error(transparent)]
-    Clip(#[from] ClipError),
-}
+use std::fmt::Display;
 
-impl GltfError {
-    fn part(part: impl Into<String>, problem: impl Into<String>) -> Self {
-        let (part, problem) = (part.into(), problem.into());
-        Self::Part { part, problem }
-    }
+use crate::FileError;
 
-    fn index(from: impl Into<String>, what: &'static str, index: usize) -> Self {
-        let from = from.into();
-        Self::Index { from, what, index }
-    }
-
-    fn animation(name: &str, problem: impl Into<String>) -> Self {
-        Self::part(format!("animation \"{name}\""), problem)
-    }
+/// An object of a list of the file, which another one names by its index.
+fn named<'a, T>(
+    list: &'a [T],
+    index: usize,
+    from: impl Display,
+    what: &str,
+) -> Result<&'a T, FileError> {
+    let missing = || FileError::Invalid(format!("{from} names {what} {index}, which is not there"));
+    list.get(index).ok_or_else(missing)
 }

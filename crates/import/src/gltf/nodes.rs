@@ -7,8 +7,9 @@ use gltf_json::animation::Property;
 use gltf_json::validation::Checked;
 use gltf_json::{Root, Skin, scene};
 
-use super::GltfError;
 use super::buffers::Container;
+use super::named;
+use crate::FileError;
 use sabaki::anim::Skeleton;
 
 /// The tree of all nodes, and the nodes of the skeleton.
@@ -31,16 +32,18 @@ pub(super) struct Local {
 }
 
 impl Nodes {
-    pub(super) fn of(root: &Root) -> Result<Self, GltfError> {
+    pub(super) fn of(root: &Root) -> Result<Self, FileError> {
         let parents = parents(&root.nodes)?;
         let order = top_down(&root.nodes, &parents);
         if order.len() < parents.len() {
             let known: HashSet<usize> = order.into_iter().collect();
             let lost = (0..parents.len()).find(|node| !known.contains(node));
-            return Err(GltfError::Tree(lost.unwrap_or(0)));
+            return Err(no_tree(lost.unwrap_or(0)));
         }
         let wanted = wanted(root)?;
-        let &first = wanted.first().ok_or(GltfError::NoJoints)?;
+        let &first = wanted
+            .first()
+            .ok_or_else(|| FileError::invalid("the file has no skin and no animated node"))?;
         // Number of wanted nodes from each node on downwards.
         let mut below = vec![0; parents.len()];
         for &node in &wanted {
@@ -56,7 +59,7 @@ impl Nodes {
             depths[node] = parents[node].map_or(0, |parent| depths[parent] + 1);
         }
         if depths.iter().any(|&depth| depth >= Skeleton::MAX_JOINTS) {
-            return Err(GltfError::TooManyJoints);
+            return Err(too_many_joints());
         }
         let mut nodes = Self {
             parents,
@@ -69,14 +72,17 @@ impl Nodes {
         let Some(top) = order.iter().rposition(carries_all) else {
             let root = |&node: &usize| nodes.ancestry(node).last();
             let other = wanted.iter().find(|node| root(node) != root(&first));
-            return Err(GltfError::Roots(first, *other.unwrap_or(&first)));
+            let other = other.unwrap_or(&first);
+            return Err(FileError::Invalid(format!(
+                "the joints hang on several roots: nodes {first} and {other} have no ancestor in common"
+            )));
         };
         nodes.above = nodes.ancestry(order[top]).skip(1).collect();
         nodes.above.reverse();
         let inside = order[top..].iter().filter(|&&node| below[node] > 0);
         nodes.joints.extend(inside);
         match nodes.joints.len() > Skeleton::MAX_JOINTS {
-            true => Err(GltfError::TooManyJoints),
+            true => Err(too_many_joints()),
             false => Ok(nodes),
         }
     }
@@ -117,16 +123,24 @@ pub(super) fn node_name(container: &Container, node: usize) -> String {
     name.unwrap_or_else(|| format!("node_{node}"))
 }
 
-fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {
+/// A node is its own ancestor or has two parents.
+fn no_tree(node: usize) -> FileError {
+    FileError::Invalid(format!("node {node} hangs on itself or on two nodes"))
+}
+
+/// There are more joints, or nodes one below the other, than the maximum.
+pub(super) fn too_many_joints() -> FileError {
+    FileError::Invalid(format!("more than {} joints", Skeleton::MAX_JOINTS))
+}
+
+fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, FileError> {
     let mut parents = vec![None; nodes.len()];
     for (index, node) in nodes.iter().enumerate() {
         for child in node.children.iter().flatten() {
             let child = child.value();
-            let parent = parents.get_mut(child);
-            let missing = || GltfError::index(format!("node {index}"), "node", child);
-            let parent = parent.ok_or_else(missing)?;
-            if parent.replace(index).is_some() {
-                return Err(GltfError::Tree(child));
+            named(nodes, child, format!("node {index}"), "node")?;
+            if parents[child].replace(index).is_some() {
+                return Err(no_tree(child));
             }
         }
     }
@@ -153,7 +167,7 @@ pub(super) fn largest_skin(root: &Root) -> Option<(usize, &Skin)> {
 }
 
 /// Nodes of the largest skin or, without skins, the animated nodes and all their descendants.
-fn wanted(root: &Root) -> Result<Vec<usize>, GltfError> {
+fn wanted(root: &Root) -> Result<Vec<usize>, FileError> {
     let largest = largest_skin(root);
     let (from, mut wanted) = match largest {
         Some((index, skin)) => {
@@ -162,8 +176,8 @@ fn wanted(root: &Root) -> Result<Vec<usize>, GltfError> {
         }
         None => ("an animation".to_owned(), animated(root)),
     };
-    if let Some(&index) = wanted.iter().find(|&&node| node >= root.nodes.len()) {
-        return Err(GltfError::index(from, "node", index));
+    for &node in &wanted {
+        named(&root.nodes, node, &from, "node")?;
     }
     let mut seen = HashSet::new();
     wanted.retain(|&node| seen.insert(node));

@@ -11,7 +11,7 @@ use sabaki::maps::EntryShare;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, DrawnMaps, MapGrid};
 use sabaki_fixtures::demo;
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
-use sabaki_import::gltf::{GltfError, SkinJoint};
+use sabaki_import::gltf::SkinJoint;
 use sabaki_import::{ClipSet, EventsFile, FileError, MeshFile, ReadError, is_gltf, motion_files};
 use serde::{Deserialize, Serialize};
 
@@ -127,8 +127,7 @@ fn mesh_of(paths: &[PathBuf], set: &mut ClipSet) -> Result<Vec<u8>, Failure> {
                 set.warnings.extend(notes);
                 return postcard::to_stdvec(&file).map_err(usage);
             }
-            Err(ReadError::File { error, .. })
-                if matches!(*error, FileError::Gltf(GltfError::NoMesh)) => {}
+            Err(ReadError::File { error, .. }) if matches!(*error, FileError::NoMesh) => {}
             Err(error) => set.warnings.push(format!("its mesh is not kept: {error}")),
         }
     }
