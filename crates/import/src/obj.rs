@@ -2,7 +2,7 @@ use std::path::Path;
 
 use earcut::Earcut;
 use glam::{Vec2, Vec3};
-use rustc_hash::FxHashMap;
+use tobj::LoadOptions;
 
 use crate::file::{quoted, read_bytes, without_mark};
 use crate::fit::{Mesh, MeshPart};
@@ -13,106 +13,43 @@ use crate::{FileError, ReadError, TextError};
 /// are ignored.
 ///
 /// # Errors
-/// The first error, with its line, or that of the mesh.
+/// The first error; that of a corner of a face with its line.
 pub fn parse_obj(text: &[u8]) -> Result<Mesh, FileError> {
-    // Names may be in any encoding.
-    let text = String::from_utf8_lossy(without_mark(text));
-    let (mut reader, mut begun) = (Reader::default(), String::new());
-    for (line, row) in (1..).zip(text.split('\n')) {
-        let is_comment = begun.is_empty() && row.starts_with('#');
-        if let Some(part) = row.trim_end().strip_suffix('\\').filter(|_| !is_comment) {
-            // It goes on.
-            begun.push_str(part);
-            begun.push(' ');
-            continue;
+    let options = LoadOptions {
+        ignore_points: true,
+        ignore_lines: true,
+        ..LoadOptions::default()
+    };
+    let plain = without_extras(without_mark(text))?;
+    let mut text = plain.as_bytes();
+    let no_materials = |_: &Path| Ok(Default::default());
+    let read = tobj::load_obj_buf(&mut text, &options, no_materials);
+    let (models, _) = read.map_err(|error| FileError::part("not an OBJ mesh", error))?;
+    let (mut positions, mut triangles, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+    for model in models {
+        let (first, start) = (positions.len() as u32, triangles.len() as u32);
+        let own: Vec<Vec3> = model
+            .mesh
+            .positions
+            .chunks_exact(3)
+            .map(Vec3::from_slice)
+            .collect();
+        let mut corners = &model.mesh.indices[..];
+        let mut arities = model.mesh.face_arities.iter().map(|&arity| arity as usize);
+        while let Some((face, rest)) = corners.split_at_checked(arities.next().unwrap_or(3)) {
+            divide(face, &own, |triangle| {
+                triangles.push(triangle.map(|vertex| first.saturating_add(vertex)));
+            });
+            corners = rest;
         }
-        begun.push_str(row);
-        reader.read(&begun).map_err(|message| TextError {
-            line,
-            column: None,
-            message,
-        })?;
-        begun.clear();
+        positions.extend(own);
+        let triangles = start..triangles.len() as u32;
+        parts.push(MeshPart {
+            name: model.name,
+            triangles,
+        });
     }
-    reader.end_part("");
-    Ok(Mesh::new(reader.positions, reader.triangles, reader.parts)?)
-}
-
-/// What was read so far.
-#[derive(Default)]
-struct Reader {
-    /// All vertices of the text.
-    vertices: Vec<Vec3>,
-    /// The vertices of faces, part by part.
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    /// Parts that have ended, and the name of the one that has not.
-    parts: Vec<MeshPart>,
-    name: String,
-    /// Of the vertices of the current part, the indices of their positions.
-    used: FxHashMap<usize, u32>,
-}
-
-impl Reader {
-    fn read(&mut self, row: &str) -> Result<(), String> {
-        let mut words = row.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let mut next = || {
-                    let word = words.next().unwrap_or_default();
-                    let expected = || format!("expected a coordinate, found {}", quoted(word));
-                    word.parse().map_err(|_| expected())
-                };
-                self.vertices.push(Vec3::new(next()?, next()?, next()?));
-            }
-            Some("f") => {
-                let corners = words.map(|word| self.vertex(word));
-                let corners: Vec<usize> = corners.collect::<Result<_, String>>()?;
-                if corners.len() > 2 {
-                    let face: Vec<u32> = corners.into_iter().map(|at| self.position(at)).collect();
-                    divide(&face, &self.positions, |triangle| {
-                        self.triangles.push(triangle)
-                    });
-                }
-            }
-            Some("g" | "o") => self.end_part(row.trim()[1..].trim()),
-            // Textures, normals, lines, points and materials.
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Index of the vertex that a corner (`7`, `7/1/2`, `-1//3`) refers to.
-    fn vertex(&self, corner: &str) -> Result<usize, String> {
-        let number = corner.split('/').next().unwrap_or(corner);
-        let index = match number.parse::<isize>() {
-            Ok(back @ ..0) => self.vertices.len().checked_add_signed(back),
-            Ok(number) => usize::try_from(number - 1).ok(),
-            Err(_) => None,
-        };
-        let index = index.filter(|&index| index < self.vertices.len());
-        index.ok_or_else(|| format!("a face's corner names vertex {}", quoted(number)))
-    }
-
-    /// Index of the position of a vertex in the current part.
-    fn position(&mut self, vertex: usize) -> u32 {
-        let (positions, place) = (&mut self.positions, self.vertices[vertex]);
-        *self.used.entry(vertex).or_insert_with(|| {
-            positions.push(place);
-            positions.len() as u32 - 1
-        })
-    }
-
-    /// Ends the current part, and begins one of this name.
-    fn end_part(&mut self, next: &str) {
-        let start = self.parts.last().map_or(0, |part| part.triangles.end);
-        let name = std::mem::replace(&mut self.name, next.to_owned());
-        let triangles = start..self.triangles.len() as u32;
-        if !triangles.is_empty() {
-            self.parts.push(MeshPart { name, triangles });
-        }
-        self.used.clear();
-    }
+    Ok(Mesh::new(positions, triangles, parts)?)
 }
 
 /// Divides a face into triangles that turn as it does.
@@ -156,6 +93,67 @@ fn divide(face: &[u32], positions: &[Vec3], mut add: impl FnMut([u32; 3])) {
         } else {
             [a, b, c]
         });
+    }
+}
+
+/// Joins continued lines. Removes textures, normals, lines and points from the text, and makes vertex indices absolute.
+/// This limits the memory of the parser, which allocates before it checks indices.
+fn without_extras(text: &[u8]) -> Result<String, TextError> {
+    // Names may be in any encoding.
+    let text = String::from_utf8_lossy(text);
+    let mut plain = String::with_capacity(text.len());
+    let mut vertices = 0i64;
+    let mut begun = String::new();
+    for (line, row) in (1..).zip(text.split('\n')) {
+        let is_comment = begun.is_empty() && row.starts_with('#');
+        if let Some(part) = row.trim_end().strip_suffix('\\').filter(|_| !is_comment) {
+            begun.push_str(part);
+            begun.push(' ');
+            plain.push('\n');
+            continue;
+        }
+        let row = match begun.is_empty() {
+            true => row,
+            false => &(std::mem::take(&mut begun) + row),
+        };
+        let mut words = row.split_whitespace();
+        match words.next() {
+            Some("vt" | "vn" | "l" | "p") => {}
+            Some("f") => {
+                plain.push('f');
+                for word in words {
+                    let vertex = corner(word, vertices).map_err(|found| TextError {
+                        line,
+                        column: None,
+                        message: format!("a face's corner names vertex {}", quoted(found)),
+                    })?;
+                    plain.push(' ');
+                    plain.push_str(&vertex.to_string());
+                }
+            }
+            first => {
+                vertices += i64::from(first == Some("v"));
+                plain.push_str(row);
+            }
+        }
+        // Line numbers are preserved, so that the parser's messages fit the file.
+        plain.push('\n');
+    }
+    Ok(plain)
+}
+
+/// Index from 1 of the vertex that a corner (`7`, `7/1/2`, `-1//3`) refers to. An invalid corner is
+/// returned as the error.
+fn corner(word: &str, vertices: i64) -> Result<i64, &str> {
+    let number = word.split('/').next().unwrap_or(word);
+    let vertex = match number.parse() {
+        Ok(back @ ..0) => vertices.saturating_add(1).saturating_add(back),
+        Ok(vertex) => vertex,
+        Err(_) => 0,
+    };
+    match (1..=i64::from(u32::MAX)).contains(&vertex) {
+        true => Ok(vertex),
+        false => Err(number),
     }
 }
 
