@@ -313,7 +313,7 @@ fn those_that_are_reached_first_plan_first() {
         for (index, &id) in ids.iter().enumerate() {
             throw(&mut characters, id, 1.2 - 0.2 * index as f32);
         }
-        let mut events = play(&mut characters, 20);
+        let mut events = play(&mut characters, 40);
         events.retain(|event| looks(event.kind));
         let order: Vec<_> = events.iter().map(|event| event.character).collect();
         // Later a plan may change.

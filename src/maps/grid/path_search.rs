@@ -108,7 +108,14 @@ pub(in crate::maps) fn find_paths(
         }
         links
     });
-    PathTable::new(first, links.concat(), report, graph, retimable, placements)
+    PathTable::new(
+        first,
+        links.concat().into_iter().collect(),
+        report,
+        graph,
+        retimable,
+        placements,
+    )
 }
 
 impl Layer {

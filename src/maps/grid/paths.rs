@@ -10,9 +10,11 @@
 //! ends. That takes two numbers for each path. The other data of a path is computed when it is asked for, along its edges, up to a node
 //! whose paths are kept. When a file is read, all links are checked, so that every path leads to an evasion.
 
+use std::fmt;
 use std::sync::OnceLock;
 
-use serde::{Deserialize, Serialize};
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
@@ -138,7 +140,7 @@ pub struct PathTable {
     /// Index of each node's first path. The last entry is the number of paths. The paths of a node
     /// are sorted by length.
     first: Vec<u32>,
-    links: Vec<Link>,
+    links: Links,
     report: PathReport,
     /// Paths of every [`PathTable::KEPT`]th node.
     #[serde(skip)]
@@ -191,6 +193,118 @@ pub(super) struct Link {
     pub(super) rest: u16,
 }
 
+/// The links of all paths, 2 bytes each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Links {
+    /// [`Link::edge`] above the `rest_bits` of [`Link::rest`]; 0 for the links in `others`.
+    packed: Vec<u16>,
+    rest_bits: u32,
+    /// Paths without edges and those whose numbers do not fit, in order, with their links.
+    others: Vec<(u32, Link)>,
+}
+
+impl Links {
+    fn len(&self) -> usize {
+        self.packed.len()
+    }
+
+    #[inline]
+    fn get(&self, path: u32) -> Link {
+        let packed = self.packed[path as usize];
+        if packed == 0 {
+            return self.other(path);
+        }
+        Link {
+            edge: packed >> self.rest_bits,
+            rest: packed & ((1 << self.rest_bits) - 1),
+        }
+    }
+
+    /// Link of a path that is not packed.
+    fn other(&self, path: u32) -> Link {
+        self.others[self.others.partition_point(|other| other.0 < path)].1
+    }
+}
+
+/// The [packed](Links::packed) link, or 0 if it does not fit.
+fn pack(link: Link, rest_bits: u32) -> u16 {
+    let packed = u32::from(link.edge) << rest_bits | u32::from(link.rest);
+    let fits = link.edge > 0 && link.rest < 1 << rest_bits;
+    u16::try_from(packed).ok().filter(|_| fits).unwrap_or(0)
+}
+
+impl Links {
+    fn iter(&self) -> impl ExactSizeIterator<Item = Link> + '_ {
+        (0..self.len() as u32).map(|path| self.get(path))
+    }
+
+    /// Appends a link. All links are packed anew once one needs more bits.
+    fn push(&mut self, link: Link) {
+        let bits = (u16::BITS - link.rest.leading_zeros()).min(u16::BITS - 1);
+        if link.edge > 0 && bits > self.rest_bits {
+            self.widen(bits);
+        }
+        let packed = pack(link, self.rest_bits);
+        if packed == 0 {
+            self.others.push((self.packed.len() as u32, link));
+        }
+        self.packed.push(packed);
+    }
+
+    fn widen(&mut self, rest_bits: u32) {
+        let mut others = Vec::new();
+        for path in 0..self.packed.len() as u32 {
+            let link = self.get(path);
+            let packed = pack(link, rest_bits);
+            if packed == 0 {
+                others.push((path, link));
+            }
+            self.packed[path as usize] = packed;
+        }
+        (self.others, self.rest_bits) = (others, rest_bits);
+    }
+}
+
+impl FromIterator<Link> for Links {
+    fn from_iter<I: IntoIterator<Item = Link>>(links: I) -> Self {
+        let mut all = Self::default();
+        links.into_iter().for_each(|link| all.push(link));
+        all
+    }
+}
+
+impl Serialize for Links {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+/// One by one: all of them unpacked would take several times the memory of what is read.
+impl<'de> Deserialize<'de> for Links {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct EachLink;
+        impl<'de> Visitor<'de> for EachLink {
+            type Value = Links;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the links of paths")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut links: A) -> Result<Links, A::Error> {
+                let mut all = Links::default();
+                let count = links.size_hint().unwrap_or(0);
+                all.packed
+                    .reserve_exact(count.min(PathSettings::MOST_OF_ALL));
+                while let Some(link) = links.next_element()? {
+                    all.push(link);
+                }
+                Ok(all)
+            }
+        }
+        deserializer.deserialize_seq(EachLink)
+    }
+}
+
 /// Stands for a number of frames that is not known yet.
 const UNKNOWN: u16 = u16::MAX;
 
@@ -205,7 +319,7 @@ impl PathTable {
     /// space of the node's clip. Links are sound or will be checked.
     pub(super) fn new(
         first: Vec<u32>,
-        links: Vec<Link>,
+        links: Links,
         report: PathReport,
         graph: &MotionGraph,
         retimable: &[Retimable],
@@ -260,12 +374,10 @@ impl PathTable {
         }
         let Self {
             first,
-            mut links,
+            links,
             report,
             ..
         } = self;
-        // A list grows as it is read, to up to twice its length.
-        links.shrink_to_fit();
         let table = Self::new(first, links, report, graph, retimable, placements);
         table.check(starts)?;
         Ok(table)
@@ -336,7 +448,7 @@ impl PathTable {
     /// Memory of the table with the paths that are kept, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.first.as_slice())
-            + size_of_val(self.links.as_slice())
+            + size_of_val(self.links.packed.as_slice())
             + self.links.len() / Self::KEPT * size_of::<NodePath>()
     }
 
@@ -359,7 +471,7 @@ impl PathTable {
     /// First edge of a path and the path after it; the goal if the path has no edge.
     #[inline]
     fn split(&self, at: At) -> Result<(EdgeId, At), u16> {
-        let link = self.links[at.path as usize];
+        let link = self.links.get(at.path);
         let number = link.edge.checked_sub(1).ok_or(link.rest)?;
         let edge = EdgeId(at.first_edge + u32::from(number));
         let rest = self.steps[edge.index()].rest;
@@ -466,7 +578,7 @@ impl PathTable {
                 UNKNOWN => {}
                 known => break known,
             }
-            let link = self.links[path as usize];
+            let link = self.links.get(path);
             let Some(number) = link.edge.checked_sub(1) else {
                 let starts_here = starts.get(usize::from(link.rest)) == Some(&node);
                 starts_here.then(|| known[path as usize] = 0)?;
