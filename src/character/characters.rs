@@ -91,7 +91,6 @@ impl Characters {
     }
 
     /// The graph of the first kind.
-    #[must_use]
     pub fn baked(&self) -> &Arc<BakedGraph> {
         &self.kinds[0].baked
     }
@@ -121,7 +120,6 @@ impl Characters {
     }
 
     /// Time since the beginning, in seconds: the sum of all steps.
-    #[must_use]
     pub fn now(&self) -> f64 {
         self.now
     }
@@ -194,13 +192,11 @@ impl Characters {
     }
 
     /// Number of characters.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.slots.len() - self.free.len()
     }
 
     /// Whether there are no characters.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -17,7 +17,7 @@ use super::state::{CharacterState, Pending};
 use super::threat::Window;
 use super::walk_past::walk_past;
 use super::world::{KnownThreat, NearThreat, PlanScratch, Worker, World};
-use crate::graph::{Motion, Played};
+use crate::graph::Motion;
 use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling, WorkLimit};
 use crate::query::{Attack, PlanScope, PlanStage, Query, Request, evasions_end};
 
@@ -57,7 +57,11 @@ enum Plan {
     /// No motion avoids all of them. This is the index of the threat that hits the played motion first.
     Fail(Option<u32>),
     /// The motion of the least harm, if none avoids all threats and obstacles.
-    Corner(LeastHarm),
+    Corner {
+        motion: TestedMotion,
+        /// Whether it is not the played motion.
+        is_other: bool,
+    },
     /// The limit came before an answer.
     GoOn(Progress),
 }
@@ -82,13 +86,6 @@ pub(super) struct Progress {
     stage: PlanStage,
     /// Hash of the ids of the threats.
     threats: u64,
-}
-
-/// The motion of the least harm.
-struct LeastHarm {
-    motion: TestedMotion,
-    /// Whether it is not the played motion.
-    is_other: bool,
 }
 
 /// Blend of a takeover from another playback rate or from a bent pose, in seconds.
@@ -396,7 +393,7 @@ impl CharacterState {
         if let Some(unused) = unused {
             scratch.keep_memory(unused.motion);
         }
-        Plan::Corner(LeastHarm { motion, is_other })
+        Plan::Corner { motion, is_other }
     }
 
     /// Walks on to the goal past the threats, if there is one. `kept` is the played motion, which is hit.
@@ -475,7 +472,7 @@ impl CharacterState {
                     self.events.push((now, CharacterEventKind::Cannot));
                 }
             }
-            Plan::Corner(LeastHarm { motion, is_other }) => {
+            Plan::Corner { motion, is_other } => {
                 self.avoided = 0;
                 let cornered = CharacterEventKind::Cornered {
                     hit: -motion.clearance.metres,
@@ -561,8 +558,7 @@ impl CharacterState {
         let mut motion = scratch.motion();
         motion.clone_from(&scratch.answer.motion);
         let (mut motion, is_blended) = self.continued(planning, motion);
-        let played = self.playing.played_until(planning.moment.seconds);
-        if pushes_too_hard(planning, played, &mut motion, scope.plain, kept, scratch) {
+        if self.pushes_too_hard(planning, &mut motion, scope.plain, kept, scratch) {
             scratch.keep_memory(motion);
             return None;
         }
@@ -582,6 +578,35 @@ impl CharacterState {
             return Some(test.known(motion, known));
         }
         Some(test.until_hit(motion, scratch))
+    }
+
+    /// Whether a motion that continues the played one asks the body to push off harder than in the answers of queries, and harder than the played
+    /// motion, `kept`, does anyway in the next moments.
+    fn pushes_too_hard(
+        &self,
+        planning: &Planning<'_>,
+        motion: &mut Motion,
+        attack: &Attack,
+        kept: &TestedMotion,
+        scratch: &mut PlanScratch,
+    ) -> bool {
+        /// The next moments, in seconds.
+        const SOON: f32 = 0.2;
+        let Planning { world, moment, .. } = planning;
+        let baked = world.baked;
+        let end = evasions_end(baked.graph(), motion, attack.end());
+        motion.extend(baked.graph(), end);
+        let body = scratch.context.body();
+        let played = Some(self.playing.played_until(moment.seconds));
+        let contact = kept.clearance.time;
+        let allowed = world.settings.query.allowed_push(baked, contact);
+        if body.push(baked, played, motion, end, allowed) <= allowed {
+            return false;
+        }
+        let soon = SOON.max(kept.motion.blends_until()).min(attack.end());
+        let natural = body.push(baked, played, &kept.motion, soon, f32::INFINITY);
+        let limit = allowed.max(natural);
+        body.push(baked, played, motion, end, limit) > limit
     }
 
     /// What remains of the played motion, as it is played. One that is bent returns to its own rate.
@@ -645,32 +670,6 @@ impl CharacterState {
             at: moment.at,
         });
         self.take_over(now, scratch);
-    }
-}
-
-/// Whether a motion that was blended with the played one asks the body to push off harder than in the answers of queries, and harder than the
-/// played motion, `kept`, does anyway in the next moments.
-fn pushes_too_hard(
-    planning: &Planning<'_>,
-    played: Played<'_>,
-    motion: &mut Motion,
-    attack: &Attack,
-    kept: &TestedMotion,
-    scratch: &mut PlanScratch,
-) -> bool {
-    /// The next moments, in seconds.
-    const SOON: f32 = 0.2;
-    let (baked, settings) = (planning.world.baked, &planning.world.settings.query);
-    let end = evasions_end(baked.graph(), motion, attack.end());
-    motion.extend(baked.graph(), end);
-    let body = scratch.context.body();
-    let allowed = settings.allowed_push(baked, kept.clearance.time);
-    let natural = || SOON.max(kept.motion.blends_until()).min(attack.end());
-    let played = Some(played);
-    body.push_after(baked, played, motion, end, allowed) > allowed && {
-        let limit =
-            allowed.max(body.push_after(baked, played, &kept.motion, natural(), f32::INFINITY));
-        body.push_after(baked, played, motion, end, limit) > limit
     }
 }
 

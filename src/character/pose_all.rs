@@ -37,14 +37,12 @@ impl Characters {
 
     /// Length of a buffer that [`Characters::pose_all`] can always write to, while no more than so many characters, of all kinds, have existed
     /// at once. 0 without [`Characters::use_crowd`].
-    #[must_use]
     pub fn max_output_len(&self, kind: KindId, characters: usize) -> usize {
         let crowd = self.crowd(kind);
         crowd.map_or(0, |poses| poses.max_len(characters))
     }
 
     /// The levels and joints of what [`Characters::pose_all`] writes. `None` without [`Characters::use_crowd`].
-    #[must_use]
     pub fn animations(&self, kind: KindId) -> Option<&AnimationSet> {
         self.crowd(kind).map(|poses| &*poses.animations)
     }

@@ -47,7 +47,6 @@ impl Characters {
     }
 
     /// The state of all characters and threats. Serialize it in a format that keeps floats exactly.
-    #[must_use]
     pub fn state(&self) -> CharactersState {
         CharactersState {
             graphs: self.fingerprints().collect(),

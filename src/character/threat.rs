@@ -94,7 +94,6 @@ impl Threat {
     }
 
     /// Position at a time of the game.
-    #[must_use]
     pub fn at(&self, time: f64) -> Vec3 {
         let t = (time - self.time) as f32;
         self.position + self.velocity * t - Vec3::Y * (0.5 * self.gravity * t * t)

@@ -92,7 +92,7 @@ fn shifted(
     let until = contact.max(STRETCH * seconds) + RELEASED;
     let allowed = test.world.settings.query.allowed_push(baked, contact);
     let body = scratch.context.body();
-    let limit = allowed.max(body.push(baked, walk, contact, f32::INFINITY));
+    let limit = allowed.max(body.push(baked, None, walk, contact, f32::INFINITY));
     let stances = next_stances(baked.graph(), walk);
     let apart = NEARER * legs_apart(baked.graph(), walk, until, &mut scratch.pose);
     for length in LENGTHS {
@@ -111,7 +111,7 @@ fn shifted(
             let body = scratch.context.body();
             let wins = tested.is_clean()
                 && is_narrower
-                && body.push(baked, &tested.motion, until, limit) <= limit
+                && body.push(baked, None, &tested.motion, until, limit) <= limit
                 && legs_apart(baked.graph(), &tested.motion, until, &mut scratch.pose) > apart;
             let left = if wins {
                 best.replace(tested)

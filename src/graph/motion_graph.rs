@@ -202,18 +202,15 @@ impl MotionGraph {
     }
 
     /// Legs of the skeleton, and where their feet are planted in the clips.
-    #[must_use]
     pub fn feet(&self) -> &Feet {
         &self.feet
     }
 
     /// Legs, then arms, left before right. `None` is a limb that the names of the joints do not identify.
-    #[must_use]
     pub fn limbs(&self) -> &[Option<Leg>; 4] {
         self.rig().limbs()
     }
 
-    #[must_use]
     pub(crate) fn rig(&self) -> &Rig {
         self.rig.rig.get_or_init(|| {
             let mut rig = Rig::of(&self.skeleton);
@@ -259,68 +256,57 @@ impl MotionGraph {
     }
 
     /// Skeleton of all clips.
-    #[must_use]
     pub fn skeleton(&self) -> &Skeleton {
         &self.skeleton
     }
 
     /// Frame rate of all clips, in frames per second.
-    #[must_use]
     pub fn frame_rate(&self) -> f64 {
         self.frame_rate
     }
 
     /// All clips, including those without a frame in the graph.
-    #[must_use]
     pub fn clips(&self) -> &[Clip] {
         &self.clips
     }
 
     /// Frames of a clip, by its index, that it came with: without those that join it to the graph.
-    #[must_use]
     pub fn own_frames(&self, clip: usize) -> Range<usize> {
         let lead = self.leads.get(clip).map_or(0, |&lead| lead as usize);
         lead..self.clips[clip].frames().saturating_sub(lead)
     }
 
     /// Events that the graph's edges play.
-    #[must_use]
     pub fn events(&self) -> &[GraphEvent] {
         &self.events
     }
 
     /// All nodes.
-    #[must_use]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
     /// All edges, sorted by the node that they start from.
-    #[must_use]
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
 
     /// The clip with an id.
-    #[must_use]
     pub fn clip(&self, id: ClipId) -> &Clip {
         &self.clips[id.index()]
     }
 
     /// The node with an id.
-    #[must_use]
     pub fn node(&self, id: NodeId) -> Node {
         self.nodes[id.index()]
     }
 
     /// The edge with an id.
-    #[must_use]
     pub fn edge(&self, id: EdgeId) -> &Edge {
         &self.edges[id.index()]
     }
 
     /// The event with an id.
-    #[must_use]
     pub fn event(&self, id: EventId) -> &GraphEvent {
         &self.events[id.index()]
     }
@@ -344,14 +330,12 @@ impl MotionGraph {
     }
 
     /// Duration of an edge at rate 1, in seconds.
-    #[must_use]
     pub fn seconds(&self, edge: EdgeId) -> f32 {
         (f64::from(self.edge(edge).frames) / self.frame_rate) as f32
     }
 
     /// Transform from the space of the clip in which an edge ends to the space of the clip in which
     /// it starts.
-    #[must_use]
     pub fn clip_change(&self, edge: EdgeId) -> Rigid2 {
         match self.edge(edge).motion {
             EdgeMotion::Clip => Rigid2::IDENTITY,
@@ -361,7 +345,6 @@ impl MotionGraph {
 
     /// Default continuation at a node: the next edge of the clip, preferably one that plays an event. At the end of the clip it is the closest
     /// transition.
-    #[must_use]
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
         let cost = |edge: EdgeId| self.edge(edge).motion.distance();
         let first = EdgeId(self.first_edge[node.index()]);
@@ -371,7 +354,6 @@ impl MotionGraph {
 
     /// Character's frame in a frame of a clip, in the clip's space: root on the ground, facing
     /// direction.
-    #[must_use]
     pub fn placement(&self, clip: ClipId, frame: u32) -> Rigid2 {
         self.placement_facing(Facing::of(&self.skeleton), Node { clip, frame })
     }
@@ -419,7 +401,6 @@ impl MotionGraph {
     }
 
     /// Duration of clips that the graph can play, without transitions, in seconds.
-    #[must_use]
     pub fn seconds_kept(&self) -> f64 {
         let mut played: Vec<(ClipId, u32, u32)> = Vec::new();
         for edge in self.edges() {
@@ -443,7 +424,6 @@ impl MotionGraph {
     }
 
     /// Number of edges that are transitions.
-    #[must_use]
     pub fn transitions(&self) -> usize {
         self.edges
             .iter()
@@ -452,7 +432,6 @@ impl MotionGraph {
     }
 
     /// Clip and seconds of an event, as text.
-    #[must_use]
     pub fn describe_event(&self, event: &GraphEvent) -> String {
         event.describe(&self.clips, &self.leads, self.frame_rate)
     }
@@ -540,27 +519,23 @@ pub struct Feet {
 
 impl Feet {
     /// Legs of the skeleton. Empty if the joints' names do not identify feet.
-    #[must_use]
     pub fn legs(&self) -> &[Leg] {
         &self.legs
     }
 
     /// Plants of a leg's foot in a clip.
-    #[must_use]
     pub fn plants(&self, clip: ClipId, leg: usize) -> &[Plant] {
         &self.plants[clip.index() * self.legs.len() + leg]
     }
 
     /// Blend of a leg's foot on an edge, or `None` if the edge is not a transition or the foot is
     /// planted neither before nor after it.
-    #[must_use]
     pub(crate) fn blend(&self, edge: EdgeId, leg: usize) -> Option<LegBlend> {
         let legs = self.legs.len();
         *self.blends.get(edge.index() * legs + leg)?
     }
 
     /// Maximum lowering of the root on an edge, in metres.
-    #[must_use]
     pub fn max_root_drop(&self, edge: EdgeId) -> f32 {
         self.root_drops.get(edge.index()).copied().unwrap_or(0.0)
     }

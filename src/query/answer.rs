@@ -153,13 +153,11 @@ impl Answer {
     ///
     /// # Panics
     /// If no query has written the answer.
-    #[must_use]
     pub fn chosen(&self) -> &CandidateReport {
         &self.candidates[self.chosen]
     }
 
     /// The smallest distance of body and attack on the chosen motion.
-    #[must_use]
     pub fn clearance(&self) -> Clearance {
         // The chosen candidate was always tested.
         let chosen = self.candidates.get(self.chosen);
@@ -171,7 +169,6 @@ impl Answer {
     /// brings in time.
     ///
     /// `report` is one of `candidates`, `baked` is the graph of the query, and `playhead` is the position of its request.
-    #[must_use]
     pub fn motion_of(
         &self,
         baked: &BakedGraph,

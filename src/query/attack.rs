@@ -150,13 +150,11 @@ impl Attack {
     }
 
     /// The spheres.
-    #[must_use]
     pub fn spheres(&self) -> &[MovingSphere] {
         &self.spheres
     }
 
     /// Time of the first key, in seconds.
-    #[must_use]
     pub fn start(&self) -> f32 {
         self.spheres
             .iter()
@@ -165,7 +163,6 @@ impl Attack {
     }
 
     /// Time of the last key, in seconds.
-    #[must_use]
     pub fn end(&self) -> f32 {
         self.spheres
             .iter()
@@ -190,7 +187,6 @@ impl Attack {
     }
 
     /// The attack in another frame. `placement` transforms points to that frame.
-    #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
         let mut placed = Self::empty();
         placed.place_from(self, placement);

@@ -557,12 +557,12 @@ impl Evaluator {
         motion.extend(baked.graph(), end);
         let allowed = round.allowed_push();
         let mut limit = allowed;
-        let mut found = self.workers.body().push(baked, motion, end, limit);
+        let mut found = self.workers.body().push(baked, None, motion, end, limit);
         if found > allowed {
             limit = self.push_limit(round);
         }
         if limit > allowed {
-            found = self.workers.body().push(baked, motion, end, limit);
+            found = self.workers.body().push(baked, None, motion, end, limit);
         }
         let (score, push) = match found > limit {
             true => (None, Push::TooHard(found)),
@@ -597,7 +597,7 @@ impl Evaluator {
             let end = request.attack.end().min(natural.blends_until().max(SOON));
             natural.extend(baked.graph(), end);
             let body = self.workers.body();
-            body.push(baked, natural, end, f32::INFINITY)
+            body.push(baked, None, natural, end, f32::INFINITY)
         });
         if found == f32::INFINITY {
             // There was no time to measure it.

@@ -238,7 +238,6 @@ pub(crate) struct Nearest {
 
 impl Obstacle {
     /// Distance of a point from the surface `seconds` from now, in metres; negative inside.
-    #[must_use]
     pub fn distance(&self, point: Vec3, seconds: f32) -> f32 {
         self.nearest(point, seconds).metres
     }

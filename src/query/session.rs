@@ -95,7 +95,6 @@ pub enum Step {
 
 impl<'a> Query<'a> {
     /// Gathers the candidates of a request and draws their maps.
-    #[must_use]
     pub fn start<'s>(&self, request: Request<'_>, context: &'s mut QueryContext) -> Session<'s>
     where
         'a: 's,
@@ -108,7 +107,6 @@ impl<'a> Query<'a> {
     /// Resumes a session that was dropped before it was done. Use the query that started it.
     ///
     /// Returns `None` if `context` has since gone on to another round or query.
-    #[must_use]
     pub fn resume<'s>(&self, id: SessionId, context: &'s mut QueryContext) -> Option<Session<'s>>
     where
         'a: 's,
@@ -183,19 +181,16 @@ impl<'a> Session<'a> {
     }
 
     /// Id of this round, for [`Query::resume`].
-    #[must_use]
     pub fn id(&self) -> SessionId {
         SessionId(self.state.round)
     }
 
     /// The set that the candidates come from.
-    #[must_use]
     pub fn source(&self) -> Source {
         self.state.source
     }
 
     /// The candidates that a culling path has to count: those that end in an evasion and that no earlier round has shown to be hit.
-    #[must_use]
     pub fn cull_input(&self) -> CullInput<'_> {
         CullInput {
             atlas: self.query.baked.atlas(),
@@ -219,7 +214,6 @@ impl<'a> Session<'a> {
     }
 
     /// The counts of this round, in the order of [`Session::cull_input`].
-    #[must_use]
     pub fn counts(&self) -> &[Overlap] {
         &self.state.candidates.overlaps
     }

@@ -384,7 +384,6 @@ impl Default for WarpBounds {
 
 impl WarpBounds {
     /// The bound of a limb's end: a foot or a hand.
-    #[must_use]
     pub fn end(&self, limb: usize) -> f32 {
         if limb < Rig::LEGS {
             self.foot

@@ -54,7 +54,6 @@ impl Painter {
     }
 
     /// Size of a picture, in pixels.
-    #[must_use]
     pub fn size(&self) -> [u32; 2] {
         self.size
     }

@@ -66,7 +66,6 @@ impl Offscreen {
 
     /// Target for a stage, to use between [`Offscreen::record_start`] and
     /// [`Offscreen::record_end`].
-    #[must_use]
     pub fn target(&self) -> Target {
         Target {
             view: self.image.view,

@@ -90,7 +90,6 @@ impl Channel {
 
 impl ChannelFile {
     /// Number of frames in the file, at least 1.
-    #[must_use]
     pub fn frames(&self) -> usize {
         self.values.len() / self.channels
     }

@@ -86,7 +86,6 @@ impl EventsFile {
     }
 
     /// Events of the clip with this name, with or without its folder; empty if the file does not have the clip.
-    #[must_use]
     pub fn events_of(&self, clip: &str) -> Vec<EventEntry> {
         let own = self.clips.iter().filter(|entry| entry.is_of(clip));
         own.flat_map(|entry| &entry.events).cloned().collect()

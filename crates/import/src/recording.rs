@@ -119,7 +119,6 @@ impl Chosen {
     }
 
     /// Whether two answers have the same path, rate and clearance, bit by bit.
-    #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         let bits = |one: &Self| (one.p.to_bits(), one.clearance.to_bits());
         self == other && bits(self) == bits(other)

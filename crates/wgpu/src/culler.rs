@@ -57,7 +57,6 @@ impl HostedCuller {
     }
 
     /// The culler, for its settings.
-    #[must_use]
     pub fn get(&self) -> &Culler {
         &self.parts.culler
     }

@@ -133,13 +133,11 @@ impl Host {
     }
 
     /// The device.
-    #[must_use]
     pub fn device(&self) -> &wgpu::Device {
         &self.device
     }
 
     /// The features of the device that the culling paths need.
-    #[must_use]
     pub fn report(&self) -> &Report {
         self.context.report()
     }

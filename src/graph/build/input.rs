@@ -78,13 +78,11 @@ impl<'a> GraphBuilder<'a> {
     }
 
     /// Points of each clip. They are the only data of the clips that the search reads.
-    #[must_use]
     pub fn clouds(&self) -> &[PointCloud] {
         &self.clouds
     }
 
     /// Settings of the search, in frames.
-    #[must_use]
     pub fn search(&self) -> SearchSettings {
         SearchSettings {
             window: self.settings.frames(self.settings.window),
@@ -100,7 +98,6 @@ impl<'a> GraphBuilder<'a> {
     }
 
     /// An empty list for the minima of all bands.
-    #[must_use]
     pub fn transition_list(&self) -> TransitionList {
         TransitionList::new(self.search())
     }

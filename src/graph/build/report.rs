@@ -239,7 +239,6 @@ pub struct Responsiveness {
 impl MotionGraph {
     /// For all moments of the graph's clips, counts the evasions that can start within `seconds`
     /// after the next node is reached. Moments within an event count; they wait for its end.
-    #[must_use]
     pub fn responsiveness(&self, seconds: f64) -> Responsiveness {
         self.responsiveness_within(&[seconds], true, 1)[0]
     }

@@ -43,7 +43,6 @@ pub struct FootSlide {
 
 impl MotionGraph {
     /// Measures the slide of planted feet over at most `most` transitions.
-    #[must_use]
     pub fn foot_slide(&self, most: usize) -> FootSlide {
         let is_blend = |&id: &EdgeId| self.edge(id).motion != EdgeMotion::Clip;
         let every = self.transitions().div_ceil(most.max(1)).max(1);

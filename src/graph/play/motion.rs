@@ -138,7 +138,6 @@ impl Motion {
     }
 
     /// The warp, or `None` if the motion has none.
-    #[must_use]
     pub fn warp(&self) -> Option<&Warp> {
         self.warp.as_ref()
     }
@@ -152,7 +151,6 @@ impl Motion {
     }
 
     /// Duration, in seconds.
-    #[must_use]
     pub fn duration(&self) -> f32 {
         self.pieces.last().map_or(0.0, |last| last.end)
     }
@@ -174,7 +172,6 @@ impl Motion {
     /// Playhead after `seconds`. Times before the start or after the end are clamped. A motion that
     /// was never started is at the start of the first edge. During a blend ([`Motion::is_blending`]) the pose differs from the
     /// playhead's.
-    #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
         let seconds = self.warp.map_or(seconds, |warp| warp.moment(seconds));
         let index = self.pieces.partition_point(|piece| piece.end < seconds);
@@ -262,7 +259,6 @@ impl Motion {
 
     /// Position of the root after `seconds`, in the world. It equals the root of [`Motion::sample`]
     /// and is faster.
-    #[must_use]
     pub fn root(&self, graph: &MotionGraph, seconds: f32) -> Vec3 {
         let seconds = seconds.max(0.0);
         let playhead = self.playhead(graph, seconds);
@@ -295,7 +291,6 @@ pub struct MotionMoment<'a> {
 
 impl Motion {
     /// The moment `seconds` after the start.
-    #[must_use]
     pub fn moment_at(&self, seconds: f32) -> MotionMoment<'_> {
         MotionMoment {
             motion: self,
@@ -341,7 +336,6 @@ impl Layer {
     }
 
     /// Weight at a time of the motion, 0 to 1.
-    #[must_use]
     pub fn weight(&self, seconds: f32) -> f32 {
         match self.cut {
             Some(cut) if seconds >= cut => 0.0,
@@ -350,13 +344,11 @@ impl Layer {
     }
 
     /// Time from which the layer no longer acts, in seconds since the motion's start.
-    #[must_use]
     pub fn end(&self) -> f32 {
         self.envelope.end.min(self.cut.unwrap_or(f32::INFINITY))
     }
 
     /// Frame of the clip at a time of the motion.
-    #[must_use]
     pub(crate) fn frame_at(&self, graph: &MotionGraph, seconds: f32) -> f32 {
         let frames = (seconds - self.envelope.start) * self.rate * graph.frame_rate() as f32;
         let last = graph.clip(self.clip).frames().saturating_sub(1) as f32;
@@ -431,13 +423,11 @@ impl Motion {
     }
 
     /// The layer of the upper body, or `None` if the motion has none.
-    #[must_use]
     pub fn layer(&self) -> Option<&Layer> {
         self.layer.as_ref()
     }
 
     /// Whether the layer acts at `seconds`, so that the upper body differs from the playhead.
-    #[must_use]
     pub fn is_layered(&self, seconds: f32) -> bool {
         let moment = self.moment(seconds);
         self.layer.is_some_and(|layer| layer.weight(moment) > 0.0)

@@ -146,7 +146,6 @@ impl Motion {
     }
 
     /// Whether the offset of an earlier motion still fades out after `seconds`. The pose then differs from the playhead's.
-    #[must_use]
     pub fn is_blending(&self, seconds: f32) -> bool {
         self.inertia(self.moment(seconds)).is_some()
     }
@@ -246,14 +245,12 @@ impl Motion {
     }
 
     /// Time until the offset at the start has faded out, in seconds; 0 without an offset.
-    #[must_use]
     pub fn blends_until(&self) -> f32 {
         self.inertia(0.0).map_or(0.0, Inertia::end)
     }
 
     /// Returns the motion that remains after `seconds`: the edge that plays then, at its rate, and
     /// everything after it.
-    #[must_use]
     pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
         let mut rest = self.clone();
         rest.leave_behind(graph, seconds);
@@ -453,19 +450,16 @@ impl Motion {
     }
 
     /// Number of pieces and blends of the motion.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.pieces.len() + self.entered
     }
 
     /// Whether the motion was never started.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pieces.is_empty()
     }
 
     /// Whether the graph has everything that the motion plays. It checks motions that come from a file.
-    #[must_use]
     pub fn is_sound(&self, graph: &MotionGraph) -> bool {
         let joints = graph.skeleton().len();
         let pieces_fit = self.pieces.iter().all(|piece| {

@@ -35,7 +35,6 @@ impl Playhead {
 
     /// Whether the graph has this edge and frame and the transform is finite and leads no further
     /// than 10,000 km. It checks playheads that come from a file.
-    #[must_use]
     pub fn is_sound(&self, graph: &MotionGraph) -> bool {
         let edge = graph.edges().get(self.edge.index());
         edge.is_some_and(|edge| (0.0..=edge.frames as f32).contains(&self.frame))
@@ -71,7 +70,6 @@ impl Playhead {
     }
 
     /// Character's frame in the world: root on the ground, facing direction.
-    #[must_use]
     pub fn placement(&self, graph: &MotionGraph) -> Rigid2 {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         self.pose(graph, &mut pose);
@@ -80,19 +78,16 @@ impl Playhead {
     }
 
     /// Node at the edge's end.
-    #[must_use]
     pub fn next_node(&self, graph: &MotionGraph) -> NodeId {
         graph.edge(self.edge).to
     }
 
     /// Time until the next node at rate 1, in seconds.
-    #[must_use]
     pub fn seconds_to_next_node(&self, graph: &MotionGraph) -> f32 {
         (graph.edge(self.edge).frames as f32 - self.frame) / graph.frame_rate() as f32
     }
 
     /// Transform from the space of the clip in which the edge ends to the world.
-    #[must_use]
     pub fn next_clip_to_world(&self, graph: &MotionGraph) -> Rigid2 {
         self.clip_to_world * graph.clip_change(self.edge)
     }

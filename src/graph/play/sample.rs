@@ -195,7 +195,6 @@ impl MotionGraph {
     }
 
     /// Position of the root in the pose of [`MotionGraph::sample_edge`].
-    #[must_use]
     pub fn sample_edge_root(&self, id: EdgeId, frame: f32) -> Vec3 {
         let edge = self.edge(id);
         match Sides::new(self, edge, frame) {

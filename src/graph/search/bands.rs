@@ -75,14 +75,12 @@ pub struct Minimum {
 
 impl MapBand {
     /// Number of window pairs.
-    #[must_use]
     pub fn pairs(&self) -> u64 {
         self.rows as u64 * self.columns as u64
     }
 
     /// Whether a list can be the minima of this band: each lies in the band, and its distance is not negative and below the
     /// threshold. Minima that come from a file are checked with it.
-    #[must_use]
     pub fn admits(&self, minima: &[Minimum], settings: &SearchSettings) -> bool {
         let rows = self.rows();
         minima.iter().all(|minimum| {

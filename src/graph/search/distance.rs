@@ -60,7 +60,6 @@ pub struct WindowPair<'a> {
 impl WindowPair<'_> {
     /// Ground transform that best aligns the window of `b` with the window of `a`, in the spaces of
     /// their clips.
-    #[must_use]
     pub fn alignment(&self) -> Rigid2 {
         self.weighted_alignment(|_, _| 0.0)
     }
@@ -79,7 +78,6 @@ impl WindowPair<'_> {
     }
 
     /// Root of the mean squared distance of the points after alignment, in metres.
-    #[must_use]
     pub fn distance(&self) -> f32 {
         let (of_a, of_b, pair) = self.sums(|_, _| 0.0);
         pair.squared_distance(of_a, of_b).sqrt() as f32

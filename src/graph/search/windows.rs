@@ -42,7 +42,6 @@ impl PointCloud {
     }
 
     /// Whether all points and weights are present and finite. It checks clouds that come from a file.
-    #[must_use]
     pub fn is_sound(&self) -> bool {
         self.frames.checked_mul(self.joints()) == Some(self.points.len())
             && self.centre.is_finite()
@@ -62,7 +61,6 @@ impl PointCloud {
     }
 
     /// Number of frames.
-    #[must_use]
     pub fn frames(&self) -> usize {
         self.frames
     }
@@ -80,25 +78,21 @@ impl PointCloud {
     }
 
     /// Number of points in a frame.
-    #[must_use]
     pub fn joints(&self) -> usize {
         self.weights.len()
     }
 
     /// Point that was subtracted from all points, in metres.
-    #[must_use]
     pub fn centre(&self) -> Vec3 {
         self.centre
     }
 
     /// Weight of a joint. All weights sum to 1.
-    #[must_use]
     pub fn weight(&self, joint: usize) -> f32 {
         self.weights[joint]
     }
 
     /// Position of a point relative to [`PointCloud::centre`], in metres.
-    #[must_use]
     pub fn point(&self, joint: usize, frame: usize) -> Vec3 {
         self.points[frame * self.joints() + joint]
     }
@@ -203,13 +197,11 @@ impl Windows {
     }
 
     /// Number of windows. It is 0 if the cloud is shorter than a window.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.spread.len()
     }
 
     /// Number of frames in a window.
-    #[must_use]
     pub fn window(&self) -> usize {
         self.window
     }

@@ -169,7 +169,6 @@ impl BitMap {
     }
 
     /// Returns the part of the map that lies within `rect`.
-    #[must_use]
     pub fn cropped(&self, rect: MapRect) -> Self {
         let mut map = Self::new(rect);
         let (u, v) = (self.rect.u - rect.u, self.rect.v - rect.v);

@@ -74,7 +74,6 @@ impl MovingSphere {
     }
 
     /// Returns the sphere in another frame. `placement` transforms points to that frame.
-    #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
         let mut placed = Self::empty();
         placed.place_from(self, placement);

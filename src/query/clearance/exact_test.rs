@@ -99,19 +99,9 @@ impl MotionBody {
     }
 
     /// The largest horizontal acceleration of the body's centre of mass on a motion until `end`, or the first one above `limit`, in metres per
-    /// second squared; infinite beyond the limit of work. The motion must last until then.
+    /// second squared; infinite beyond the limit of work. The motion must last until then. The first windows reach into what was `played` before,
+    /// if it is given.
     pub(crate) fn push(
-        &mut self,
-        baked: &BakedGraph,
-        motion: &Motion,
-        end: f32,
-        limit: f32,
-    ) -> f32 {
-        self.push_after(baked, None, motion, end, limit)
-    }
-
-    /// Like [`MotionBody::push`], for a motion that follows another one.
-    pub(crate) fn push_after(
         &mut self,
         baked: &BakedGraph,
         played: Option<Played<'_>>,
@@ -122,25 +112,13 @@ impl MotionBody {
         /// Number of centres in a window of [`PUSH_WINDOW`], and of samples from one centre to the next: the exact test has most of these poses.
         const CENTRES: usize = 2;
         const TICKS: usize = (PUSH_WINDOW * SAMPLE_RATE) as usize / CENTRES;
+        const STEP: f32 = TICKS as f32 / SAMPLE_RATE;
         let before = self.poses.count;
         let (mut centres, mut most) = ([Vec2::ZERO; 2 * CENTRES + 1], 0.0);
-        let mut known = 0;
-        if let Some(played) = played {
-            self.poses.start(baked, played.motion);
-            for index in (1..=2 * CENTRES).rev() {
-                let seconds = played.seconds - (index * TICKS) as f32 / SAMPLE_RATE * played.rate;
-                if seconds < 0.0 {
-                    continue;
-                }
-                let number = self.poses.number(baked, played.motion.moment_at(seconds));
-                centres.rotate_left(1);
-                centres[2 * CENTRES] = self.poses.centre_of_mass(baked, number).xz();
-                known += 1;
-            }
-        }
-        self.poses.start(baked, motion);
+        let known = played.map_or(0, |it| (it.seconds / (it.rate * STEP)) as usize);
+        let known = known.min(2 * CENTRES);
         for index in 0.. {
-            let seconds = (index * TICKS) as f32 / SAMPLE_RATE;
+            let seconds = (index as f32 - known as f32) * STEP;
             if seconds > end || most > limit {
                 break;
             }
@@ -148,10 +126,17 @@ impl MotionBody {
                 most = f32::INFINITY;
                 break;
             }
-            let number = self.poses.number(baked, motion.moment_at(seconds));
+            let moment = match played.filter(|_| index < known) {
+                Some(it) => it.motion.moment_at(it.seconds + seconds * it.rate),
+                None => motion.moment_at(seconds),
+            };
+            if index == 0 || index == known {
+                self.poses.start(baked, moment.motion);
+            }
+            let number = self.poses.number(baked, moment);
             centres.rotate_left(1);
             centres[2 * CENTRES] = self.poses.centre_of_mass(baked, number).xz();
-            if index + known >= 2 * CENTRES {
+            if index >= 2 * CENTRES {
                 let way = [0, CENTRES, 2 * CENTRES].map(|at| centres[at]);
                 most = acceleration(way).max(most);
             }

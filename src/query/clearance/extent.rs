@@ -27,7 +27,6 @@ impl Clearance {
     }
 
     /// Whether the attack is avoided.
-    #[must_use]
     pub fn is_clean(&self) -> bool {
         self.metres >= 0.0
     }

@@ -309,7 +309,6 @@ impl AttackDrawing {
     }
 
     /// The discs of a layer's inner map and outer map.
-    #[must_use]
     pub fn discs_of(&self, layer: &AttackLayer) -> [&[TimedDisc]; 2] {
         [&layer.inner, &layer.outer]
             .map(|range| &self.discs[range.start as usize..range.end as usize])

@@ -123,7 +123,7 @@ impl Warper {
                 self.plain.extend(baked.graph(), envelope.end);
                 let (plain, limits) = (&self.plain, &settings.limits);
                 let is_sound = is_sound(baked.graph(), motion, plain, limits, &mut self.frames)
-                    && body.push(baked, motion, envelope.end, case.push) <= case.push;
+                    && body.push(baked, None, motion, envelope.end, case.push) <= case.push;
                 return is_sound.then(|| (clearance, effort(&settings.bounds, &bend)));
             }
             motion.set_warp(None);

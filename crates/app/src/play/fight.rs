@@ -111,7 +111,6 @@ impl Fight {
     }
 
     /// Time since the duel's start, in seconds.
-    #[must_use]
     pub fn now(&self) -> f32 {
         self.game.now() as f32
     }

@@ -321,7 +321,6 @@ impl DriveScene {
     }
 
     /// The score.
-    #[must_use]
     pub fn score(&self) -> DriveScore {
         self.score
     }
@@ -335,7 +334,6 @@ impl DriveScene {
     }
 
     /// Largest depth of the driven body in a wall or pillar, in metres.
-    #[must_use]
     pub fn depth(&self) -> f32 {
         self.body.depth(&self.characters, &self.obstacles)
     }

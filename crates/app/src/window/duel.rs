@@ -108,7 +108,6 @@ impl DuelScene {
     }
 
     /// The exchanges whose outcome has been shown.
-    #[must_use]
     pub fn seen(&self) -> &[Exchange] {
         &self.fight.exchanges[..self.told]
     }

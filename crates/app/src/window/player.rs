@@ -172,7 +172,6 @@ impl MouseCamera {
     }
 
     /// The camera. It stays above the ground.
-    #[must_use]
     pub fn camera(&self) -> Camera {
         let out = Camera::orbit(self.orbit);
         Camera {

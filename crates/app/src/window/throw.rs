@@ -164,19 +164,16 @@ impl<'a> ThrowScene<'a> {
     }
 
     /// The last throw.
-    #[must_use]
     pub fn last(&self) -> Option<&Thrown<'a>> {
         self.last.as_ref()
     }
 
     /// Whether the last throw is replayed.
-    #[must_use]
     pub fn is_replaying(&self) -> bool {
         self.replay.is_some()
     }
 
     /// The shown moment of the last throw, in seconds since its click; `None` while the character walks.
-    #[must_use]
     pub fn moment(&self) -> Option<f32> {
         self.replay.or(self.dodging.map(|progress| progress.t))
     }
@@ -190,7 +187,6 @@ impl<'a> ThrowScene<'a> {
     }
 
     /// The candidate of the last throw that is shown beside the chosen one.
-    #[must_use]
     pub fn picked(&self) -> Option<usize> {
         self.picked.as_ref().map(|(index, _)| *index)
     }
@@ -374,7 +370,6 @@ impl<'a> ThrowScene<'a> {
     }
 
     /// What `camera` sees.
-    #[must_use]
     pub fn shot(&self, camera: Camera) -> Shot {
         if let (Some(t), Some(last)) = (self.moment(), &self.last) {
             let mut shot = last.dodge.shot(t, camera);

@@ -84,7 +84,6 @@ impl Camera {
 
     /// Transform from world to Vulkan's clip space: y points down, depth is 1 at [`Camera::NEAR`]
     /// and 0 at infinity. `aspect` is width divided by height.
-    #[must_use]
     pub fn clip(&self, aspect: f32) -> Mat4 {
         let ahead = self.target - self.eye;
         let up = if ahead.x.hypot(ahead.z) < 1e-4 * ahead.y.abs() {
@@ -121,7 +120,6 @@ impl Camera {
 
     /// Pixel at which a place appears in a picture of `size` pixels, from the top left corner.
     /// Returns `None` for places behind the camera.
-    #[must_use]
     pub fn pixel(&self, place: Vec3, size: [u32; 2]) -> Option<Vec2> {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let clip = self.clip(size.x / size.y) * place.extend(1.0);
@@ -130,7 +128,6 @@ impl Camera {
     }
 
     /// Unit direction from the camera through a pixel.
-    #[must_use]
     pub fn ray(&self, pixel: Vec2, size: [u32; 2]) -> Vec3 {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let at = pixel / size * 2.0 - 1.0;

@@ -118,20 +118,17 @@ impl<'a> Dodge<'a> {
     }
 
     /// First and last time that can be shown, in seconds.
-    #[must_use]
     pub fn span(&self) -> [f32; 2] {
         [-self.before.1.min(BEFORE), self.attack.end() + AFTER]
     }
 
     /// Minimum distance of body and attack, and its time.
-    #[must_use]
     pub fn clearance(&self) -> Clearance {
         self.clearance
     }
 
     /// Times of the pictures of a film with `rate` pictures per second, 1 to 1,000. Playback slows down when
     /// the attack is nearest.
-    #[must_use]
     pub fn moments(&self, rate: f32) -> Vec<f32> {
         let slowest = bounded(self.settings.slowest, [0.01, 1.0]);
         film_times(self.span(), rate, |t| {
@@ -161,7 +158,6 @@ impl<'a> Dodge<'a> {
     }
 
     /// Nearest points of body and attack at a time, or `None` if there is no attack at that time.
-    #[must_use]
     pub fn nearest(&self, t: f32) -> Option<Nearest> {
         self.nearest_of(t).map(|(_, nearest)| nearest)
     }
@@ -199,7 +195,6 @@ impl<'a> Dodge<'a> {
 
 impl Dodge<'_> {
     /// The attack's sphere that is nearest to the body when the attack is nearest. It is extrapolated after its end.
-    #[must_use]
     pub fn ball(&self, t: f32) -> Sphere {
         let none = Sphere::new(Vec3::ZERO, 0.0);
         self.nearest_sphere()
@@ -208,7 +203,6 @@ impl Dodge<'_> {
 
     /// Camera beside the attack's path, slightly above it, that shows the whole dodge and the
     /// attack.
-    #[must_use]
     pub fn camera(&self, aspect: f32) -> Camera {
         let mut joints = Vec::new();
         self.joints(self.clearance.time, &mut joints);
@@ -295,7 +289,6 @@ impl Dodge<'_> {
     }
 
     /// Shot of a time.
-    #[must_use]
     pub fn shot(&self, t: f32, camera: Camera) -> Shot {
         let mut joints = Vec::new();
         self.joints(t, &mut joints);

@@ -51,13 +51,11 @@ pub struct Exchange {
 
 impl Exchange {
     /// Whether the strike was avoided.
-    #[must_use]
     pub fn is_avoided(&self) -> bool {
         self.clearance.is_none_or(|metres| metres >= 0.0)
     }
 
     /// Name of the fighter that strikes.
-    #[must_use]
     pub fn attacker_name(&self) -> &'static str {
         ["white", "blue"][self.attacker]
     }
@@ -113,7 +111,6 @@ impl<'a> DuelPlayback<'a> {
     }
 
     /// One cut for each exchange. Cuts do not overlap.
-    #[must_use]
     pub fn cuts(&self, aspect: f32) -> Vec<Cut> {
         let mut shown = 0.0;
         let mut cuts = Vec::with_capacity(self.exchanges.len());
@@ -132,20 +129,17 @@ impl<'a> DuelPlayback<'a> {
 
     /// Time at which an exchange's attack is nearest to the defender, in seconds since the duel's
     /// start.
-    #[must_use]
     pub fn nearest_at(&self, cut: &Cut) -> f32 {
         self.exchanges[cut.exchange].nearest_at
     }
 
     /// Times of the pictures of a cut's film with `rate` pictures per second, 1 to 1,000. Playback slows down
     /// when the attack is nearest.
-    #[must_use]
     pub fn moments(&self, cut: &Cut, rate: f32) -> Vec<f32> {
         film_times(cut.span, rate, |t| self.pace(cut, t))
     }
 
     /// Playback speed at a time. It is lower when the attack is nearest.
-    #[must_use]
     pub fn pace(&self, cut: &Cut, t: f32) -> f32 {
         let eased = smooth_step(((t - self.nearest_at(cut)).abs() - 0.05) / 0.25);
         SLOWEST + (1.0 - SLOWEST) * eased
@@ -197,7 +191,6 @@ impl<'a> DuelPlayback<'a> {
     }
 
     /// Shot of a time in a cut.
-    #[must_use]
     pub fn shot(&self, cut: &Cut, t: f32) -> Shot {
         let exchange = &self.exchanges[cut.exchange];
         let (mut joints, mut middle) = (Vec::new(), Vec3::ZERO);

@@ -150,25 +150,21 @@ impl Formation {
     }
 
     /// Time after which the formation repeats, in seconds.
-    #[must_use]
     pub fn period(&self) -> f32 {
         self.period
     }
 
     /// Number of levels.
-    #[must_use]
     pub fn levels(&self) -> usize {
         self.levels.levels.len()
     }
 
     /// Number of characters.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.characters.len()
     }
 
     /// Whether there are no characters.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.characters.is_empty()
     }
@@ -180,13 +176,11 @@ impl Formation {
     }
 
     /// Maximum length of the poses, in [`F32x16`]s: that of all characters with all joints.
-    #[must_use]
     pub fn max_output_len(&self) -> usize {
         self.crowd.max_output_len(self.characters.len())
     }
 
     /// Number of bones of the skins of all levels.
-    #[must_use]
     pub fn bones(&self) -> usize {
         self.skins.iter().map(|skin| skin.bones.len()).sum()
     }
@@ -208,7 +202,6 @@ impl Formation {
     }
 
     /// Number of characters on each level.
-    #[must_use]
     pub fn census(&self) -> Vec<usize> {
         let mut census = vec![0; self.levels()];
         for character in &self.characters {
@@ -223,7 +216,6 @@ impl Formation {
     }
 
     /// Camera above the front of the column. It looks down a long column, and at the middle of a short one.
-    #[must_use]
     pub fn camera(&self) -> Camera {
         /// Length from which on a column is a long one, in metres.
         const LONG: f32 = 18.0;

@@ -181,7 +181,6 @@ pub struct Skin {
 
 impl Skin {
     /// Returns the skin for poses of a level of detail: bones of removed joints are attached to kept ones.
-    #[must_use]
     pub fn attached(&self, level: &Level) -> Self {
         let bones = self.bones.iter().map(|bone| {
             let attachment = &level.attachments[bone.joint.index()];

@@ -60,7 +60,6 @@ impl<'a> BindPose<'a> {
 
     /// Frames of the joints in the space of the pose, which the mesh must match: see
     /// [`Mesh::placed`] and [`Mesh::to_stand_at`].
-    #[must_use]
     pub fn joints(&self) -> &[JointTransform] {
         &self.joints
     }

@@ -95,20 +95,17 @@ impl Mesh {
     }
 
     /// Positions of the vertices.
-    #[must_use]
     pub fn positions(&self) -> &[Vec3] {
         &self.positions
     }
 
     /// Vertex indices of the triangles. Triangles of closed meshes are usually counter-clockwise
     /// seen from outside, but a fit does not depend on that.
-    #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// Named ranges of triangles.
-    #[must_use]
     pub fn parts(&self) -> &[MeshPart] {
         &self.parts
     }
@@ -118,7 +115,6 @@ impl Mesh {
     }
 
     /// Minimum and maximum corner of the box around all triangles.
-    #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let used = self.triangles.iter().flatten();
         bounds(used.map(|&vertex| self.positions[vertex as usize]))
@@ -149,7 +145,6 @@ impl Mesh {
     /// Translation that aligns the mesh with `joints`: the centres of both boxes coincide on the
     /// ground, and the lowest vertex is as high as the lowest joint. It serves meshes with their
     /// origin between the feet and skeletons with their origin in the hips.
-    #[must_use]
     pub fn to_stand_at(&self, joints: &[JointTransform]) -> Vec3 {
         let (low, high) = bounds(joints.iter().map(|joint| joint.translation));
         let own = self.bounds();

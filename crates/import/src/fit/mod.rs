@@ -80,7 +80,6 @@ impl FitSettings {
     };
 
     /// Whether distances are 1 mm to 10 m and the number of spheres is 1 to 1000.
-    #[must_use]
     pub fn is_sound(&self) -> bool {
         let lengths = [self.cover, self.bulge, self.furthest];
         lengths.iter().all(|metres| (0.001..=10.0).contains(metres))
@@ -167,7 +166,6 @@ pub struct JointFit {
 impl JointFit {
     /// Describes the fit if it misses the settings by far: the spheres stick out by more than twice the bulge and `spacing`,
     /// or the mesh by more than twice the cover and `spacing`.
-    #[must_use]
     pub fn misfit(&self, settings: &FitSettings, spacing: f32) -> Option<String> {
         let mut words = Vec::new();
         let mut check = |what: &str, found: f32, wanted: f32| {
@@ -193,7 +191,6 @@ impl JointFit {
 
 impl FitReport {
     /// The joints whose fit misses the settings by far, one line each.
-    #[must_use]
     pub fn misfits(&self, settings: &FitSettings) -> Vec<String> {
         let joints = self.joints.iter();
         joints
@@ -203,7 +200,6 @@ impl FitReport {
 
     /// Summary of all joints: sums of counts, maxima of maxima, and means weighted by points and
     /// spheres.
-    #[must_use]
     pub fn worst(&self) -> JointFit {
         let mut all = JointFit {
             joint: "all".to_owned(),

@@ -148,7 +148,6 @@ impl Clip {
     /// Returns the clip in a form that takes about a quarter of the memory. It is sampled in its compressed form. A clip that is
     /// compressed already, or whose error cannot be held (bones of several metres, half a turn of a joint within one frame), is
     /// returned as it is.
-    #[must_use]
     pub fn compressed(&self, skeleton: &Skeleton, settings: &CompressionSettings) -> Self {
         let Frames::Plain(plain) = &self.frames else {
             return self.clone();

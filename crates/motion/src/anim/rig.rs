@@ -84,7 +84,6 @@ impl Rig {
     }
 
     /// Legs, then arms, in the order of the skeleton. Each limb has two bones and an end.
-    #[must_use]
     pub fn limbs(&self) -> &[Option<Leg>; Self::LIMBS] {
         &self.limbs
     }

@@ -43,7 +43,6 @@ impl Envelope {
     }
 
     /// The envelope on a clock that starts `seconds` later.
-    #[must_use]
     pub fn since(&self, seconds: f32) -> Self {
         Self {
             start: self.start - seconds,
