@@ -100,6 +100,9 @@ const LATE: f32 = 0.2;
 /// How often the time between attempts is doubled while a threat cannot be avoided.
 const MOST_DOUBLED: u8 = 4;
 
+/// The next moments of a motion, in seconds.
+const SOON: f32 = 0.2;
+
 /// Among obstacles, another motion is taken only if its harm is less by this, in metres.
 const GAIN: f32 = 0.02;
 
@@ -558,7 +561,12 @@ impl CharacterState {
         let mut motion = scratch.motion();
         motion.clone_from(&scratch.answer.motion);
         let (mut motion, is_blended) = self.continued(planning, motion);
-        if self.pushes_too_hard(planning, &mut motion, scope.plain, kept, scratch) {
+        // Without a blend the query has measured all but the first moments.
+        let end = match is_blended {
+            true => evasions_end(world.baked.graph(), &motion, scope.plain.end()),
+            false => SOON,
+        };
+        if self.pushes_too_hard(planning, &mut motion, end, kept, scratch) {
             scratch.keep_memory(motion);
             return None;
         }
@@ -580,21 +588,18 @@ impl CharacterState {
         Some(test.until_hit(motion, scratch))
     }
 
-    /// Whether a motion that continues the played one asks the body to push off harder than in the answers of queries, and harder than the played
+    /// Whether a motion that continues the played one asks the body until `end` to push off harder than in the answers of queries, and harder than the played
     /// motion, `kept`, does anyway in the next moments.
     fn pushes_too_hard(
         &self,
         planning: &Planning<'_>,
         motion: &mut Motion,
-        attack: &Attack,
+        end: f32,
         kept: &TestedMotion,
         scratch: &mut PlanScratch,
     ) -> bool {
-        /// The next moments, in seconds.
-        const SOON: f32 = 0.2;
         let Planning { world, moment, .. } = planning;
         let baked = world.baked;
-        let end = evasions_end(baked.graph(), motion, attack.end());
         motion.extend(baked.graph(), end);
         let body = scratch.context.body();
         let played = Some(self.playing.played_until(moment.seconds));
@@ -603,7 +608,7 @@ impl CharacterState {
         if body.push(baked, played, motion, end, allowed) <= allowed {
             return false;
         }
-        let soon = SOON.max(kept.motion.blends_until()).min(attack.end());
+        let soon = SOON.max(kept.motion.blends_until());
         let natural = body.push(baked, played, &kept.motion, soon, f32::INFINITY);
         let limit = allowed.max(natural);
         body.push(baked, played, motion, end, limit) > limit
