@@ -19,7 +19,7 @@ use crate::graph::build::moments::{Jump, Moments};
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::Feet;
 use crate::graph::push::PushTest;
-use crate::graph::search::diagonal::DistanceMap;
+use crate::graph::search::distance::DistanceMap;
 use crate::graph::search::distance::WindowPair;
 use crate::graph::search::transition::Transition;
 use crate::graph::search::windows::{PointCloud, Windows};

@@ -327,7 +327,7 @@ mod tests {
     use super::*;
     use crate::anim::Clip;
     use crate::graph::build::input::GraphBuilder;
-    use crate::graph::search::diagonal::DistanceMap;
+    use crate::graph::search::distance::DistanceMap;
     use crate::graph::search::transition::Transition;
     use crate::graph::settings::{ClipSource, GraphSettings, LinkSettings};
     use sabaki_fixtures::clips::{evasion, small_skeleton, swinging_clip};

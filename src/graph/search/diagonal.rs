@@ -1,72 +1,13 @@
-//! Distances of pairs of windows, along the diagonals of a distance map.
+//! Distances of chosen pairs of windows, along the diagonals of a distance map.
 //!
-//! Windows on one diagonal share the products of their frames. Frames are grouped into blocks as long as a window, so that each window ends in one
-//! block and starts in the same or the previous block. Its sum is a suffix sum of the earlier block plus a prefix sum of the later block. Both
-//! take one addition for each frame, in f64. Nothing is ever subtracted, so rounding errors do not grow with the clip's length, and a distance
-//! has the same bits whatever other pairs are computed with it. (This is the sliding maximum of van Herk, 1992, and Gil & Werman, 1993, applied to sums.)
+//! Windows on one diagonal share the products of their frames, as in [`DistanceMap`](crate::graph::search::distance::DistanceMap). The sums are added in
+//! the order of that map, so that each distance has the same bits.
 
+use crate::graph::search::distance::SUMS;
 use crate::graph::search::features::WindowCell;
 use crate::graph::search::windows::{TILE, Windows};
 use crate::math::Isa;
 use std::ops::Range;
-
-/// Number of sums for a pair of frames and for a pair of windows: heights, dot, cross.
-const SUMS: usize = 3;
-
-/// The distances between all windows of two clouds.
-#[derive(Clone, Copy, Debug)]
-pub struct DistanceMap<'a> {
-    windows: [&'a Windows; 2],
-    isa: Isa,
-}
-
-impl<'a> DistanceMap<'a> {
-    /// Creates the map of the windows of `a` and `b`.
-    ///
-    /// # Panics
-    /// Panics if the clouds have different numbers of points or the windows different lengths.
-    #[must_use]
-    pub fn new(a: &'a Windows, b: &'a Windows) -> Self {
-        assert!(a.fits(b), "windows of one length, clouds of one skeleton");
-        Self {
-            windows: [a, b],
-            isa: Isa::best(),
-        }
-    }
-
-    /// Selects an instruction set instead of the best one of the machine. All instruction sets give
-    /// bit-identical results.
-    #[must_use]
-    pub fn with_isa(self, isa: Isa) -> Self {
-        Self { isa, ..self }
-    }
-
-    /// Calls `row(i, d)` for each window of `a` in order, where `d[j]` is the squared distance (in
-    /// m²) between the frames `i..i + window` of `a` and `j..j + window` of `b`. If a clip is
-    /// shorter than the window, `row` is never called.
-    pub fn for_each_row(self, mut row: impl FnMut(usize, &[f32])) {
-        /// Number of rows that are computed together.
-        const STRIP: usize = 64;
-        let [rows, columns] = self.windows.map(Windows::count);
-        if columns == 0 {
-            return;
-        }
-        let (mut diagonals, mut squares) = (Diagonals::default(), vec![0.0; STRIP * columns]);
-        for first in (0..rows).step_by(STRIP) {
-            let own = first..(first + STRIP).min(rows);
-            let cells = (first as u32..own.end as u32)
-                .flat_map(|row| (0..columns as u32).map(move |column| WindowCell { row, column }));
-            let mut cells: Vec<WindowCell> = cells.collect();
-            let found = |(cell, square): (WindowCell, f32)| {
-                squares[(cell.row as usize - first) * columns + cell.column as usize] = square;
-            };
-            diagonals.for_each(self.windows, self.isa, own.clone(), &mut cells, found);
-            for (index, squares) in own.zip(squares.chunks(columns)) {
-                row(index, squares);
-            }
-        }
-    }
-}
 
 /// Computes distances along diagonals, for a strip of the first cloud's windows.
 #[derive(Debug, Default)]

@@ -15,8 +15,7 @@ pub(crate) mod transition;
 pub(crate) mod windows;
 
 pub use bands::{MapBand, Minimum, SearchSettings};
-pub use diagonal::DistanceMap;
-pub use distance::WindowPair;
+pub use distance::{DistanceMap, WindowPair};
 pub use minima::TransitionList;
 pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
 pub use windows::{PointCloud, Windows};

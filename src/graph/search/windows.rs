@@ -138,8 +138,8 @@ pub struct Windows {
     /// Coordinates, `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
     tiles: Vec<[[f32; TILE]; 3]>,
     /// Ground mean and spread of each window.
-    x: Vec<f64>,
-    z: Vec<f64>,
+    pub(crate) x: Vec<f64>,
+    pub(crate) z: Vec<f64>,
     pub(crate) spread: Vec<f64>,
 }
 
@@ -234,7 +234,13 @@ impl Windows {
         &self.weighted[frame * self.joints..(frame + 1) * self.joints]
     }
 
-    /// Coordinates of the points that have a weight in one tile of frames.
+    /// Coordinates of the points that have a weight, tile by tile.
+    #[inline(always)]
+    pub(crate) fn tiles(&self) -> std::slice::ChunksExact<'_, [[f32; TILE]; 3]> {
+        self.tiles.chunks_exact(self.joints)
+    }
+
+    /// One of [`Windows::tiles`].
     #[inline(always)]
     pub(crate) fn tile(&self, index: usize) -> &[[[f32; TILE]; 3]] {
         &self.tiles[index * self.joints..(index + 1) * self.joints]
