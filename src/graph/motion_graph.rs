@@ -2,7 +2,7 @@
 
 pub use crate::anim::ClipId;
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Knee, Leg, Pose, Rig, Skeleton};
-use crate::math::{Rigid2, in_parallel, sorted_indices};
+use crate::math::{Rigid2, in_parallel};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -107,7 +107,8 @@ pub(crate) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
         let event = &events[index];
         (event.clip, event.first, event.last, event.kind)
     };
-    let order = sorted_indices(events.len(), &|a, b| key(a).cmp(&key(b)));
+    let mut order: Vec<usize> = (0..events.len()).collect();
+    order.sort_by_key(key);
     let mut pairs = order.windows(2);
     let pair = pairs.find(|pair| key(&pair[0]) == key(&pair[1]))?;
     Some([pair[0], pair[1]])

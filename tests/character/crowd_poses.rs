@@ -9,10 +9,11 @@ use sabaki::character::{
     CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, KindId,
 };
 use sabaki::crowd::{CrowdSettings, Layout, Output};
-use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
+use sabaki::lod::{Choice, LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::crowd::{joint_of, outputs};
+use sabaki_fixtures::lod::drawn;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::with;
 
@@ -64,20 +65,9 @@ impl Scene {
         let mut pose = Pose::default();
         characters.local_pose(id, &mut pose).unwrap();
         let joints = joints_of(characters.baked().graph().skeleton(), &pose);
-        let exact: Vec<Affine3A> = joints.iter().map(affine).collect();
         let detail = characters.detail(id).unwrap();
-        let levels = &self.levels.levels;
-        let (own, blend) = (detail as usize, detail.fract());
-        let kept = levels[own].kept.iter();
-        let mut kept: Vec<Affine3A> = kept.map(|id| exact[id.index()]).collect();
-        if blend > 0.0 {
-            let blends = self.levels.blend(LevelId(own as u16)).unwrap();
-            blends.apply(blend, &mut kept);
-        }
-        let attachments = levels[own].attachments.iter();
-        attachments
-            .map(|attachment| kept[usize::from(attachment.carrier)] * affine(&attachment.offset))
-            .collect()
+        let (level, blend) = (LevelId(detail as u16), detail.fract());
+        drawn(&self.levels, Choice { level, blend }, &joints)
     }
 
     /// How far the worst point of a character is from where it should be, in metres.

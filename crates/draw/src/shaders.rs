@@ -4,7 +4,7 @@
 use std::mem::offset_of;
 
 use super::scene::Capsule;
-use sabaki::gpu::internal::{Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words};
+use sabaki::gpu::internal::{Binding, Shader, Stage, stride, words};
 
 #[rustfmt::skip]
 #[path = "../shaders/table.rs"]
@@ -30,23 +30,6 @@ pub(super) struct DrawCommand {
 const _: () = {
     use table::Capsule as C;
 
-    let shaders: [&Shader; 10] = [
-        &VIEW_BODY_FRAG,
-        &VIEW_BODY_VERT,
-        &VIEW_FLOOR_FRAG,
-        &VIEW_FLOOR_VERT,
-        &VIEW_LAYER_FRAG,
-        &VIEW_LAYER_VERT,
-        &VIEW_SKIN_FRAG,
-        &VIEW_SKIN_VERT,
-        &VIEW_SKY_FRAG,
-        &VIEW_SKY_VERT,
-    ];
-    let mut index = 0;
-    while index < shaders.len() {
-        assert!(runs_anywhere(shaders[index]) && has_one_set(shaders[index]));
-        index += 1;
-    }
     // The stage's descriptor set contains all storage buffers, for all shaders.
     assert!(VIEW_BODY_VERT.storage_buffers + VIEW_SKIN_VERT.storage_buffers <= 4);
     let fragments = VIEW_FLOOR_FRAG.storage_buffers + VIEW_LAYER_FRAG.storage_buffers;

@@ -5,7 +5,6 @@ use crate::graph::ClipId;
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::{GraphEvent, twice};
 use crate::graph::settings::ClipSource;
-use crate::math::sorted_indices;
 
 /// Events in frames of `clips`, which have the frame rate `frame_rate`. An event shorter than a
 /// frame has no motion, so it gets no edge and is reported as dropped.
@@ -70,7 +69,9 @@ pub(crate) fn in_frames(
 pub(crate) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
     let start = |&index: &usize| (events[index].clip, events[index].first);
     let mut groups: Vec<(usize, GraphEvent)> = Vec::new();
-    for index in sorted_indices(events.len(), &|a, b| start(a).cmp(&start(b))) {
+    let mut order: Vec<usize> = (0..events.len()).collect();
+    order.sort_by_key(start);
+    for index in order {
         let event = &events[index];
         match groups.last_mut() {
             Some((first, group)) if group.clip == event.clip && event.first < group.last => {

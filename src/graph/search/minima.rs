@@ -4,7 +4,6 @@ use crate::graph::error::GraphError;
 use crate::graph::search::bands::{MapBand, Minimum, SearchSettings};
 use crate::graph::search::transition::Transition;
 use crate::graph::settings::GraphSettings;
-use crate::math::sorted_indices;
 use std::collections::HashMap;
 
 /// Minima of a map. If there are very many, those close to a better one are removed early: in nearly still motion, every window is a
@@ -142,7 +141,8 @@ fn keep_closest(transitions: &mut Vec<Transition>, length: usize, most: usize) {
         return;
     }
     let stretch = |t: &Transition| (t.source_clip, t.source_frame / length);
-    let order = sorted_indices(transitions.len(), &|&a, &b| {
+    let mut order: Vec<usize> = (0..transitions.len()).collect();
+    order.sort_by(|&a, &b| {
         let (a, b) = (&transitions[a], &transitions[b]);
         stretch(a)
             .cmp(&stretch(b))

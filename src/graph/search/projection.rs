@@ -24,7 +24,6 @@
 //!   that the bound is below the computed distance too: see `slack` in `features`.
 
 use crate::graph::search::windows::Windows;
-use crate::math::sorted_indices;
 
 // Directions onto which windows are projected.
 //
@@ -156,7 +155,9 @@ impl Projection {
             }
         }
         let best = |pairs: &[[usize; 2]], kept: &[f64], count: usize| {
-            sorted_indices(pairs.len(), &|&a, &b| kept[b].total_cmp(&kept[a]))
+            let mut order: Vec<usize> = (0..pairs.len()).collect();
+            order.sort_by(|&a, &b| kept[b].total_cmp(&kept[a]));
+            order
                 .into_iter()
                 .take(count)
                 .map(|index| pairs[index])

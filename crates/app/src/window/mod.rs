@@ -37,7 +37,7 @@ use sabaki::gpu::GpuError;
 use sabaki::math::F32x16;
 use sabaki::query::{AttackError, Source};
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, CrowdShot, FormationError, Mesh, Shot};
+use sabaki_draw::scene::{Camera, CrowdShot, Mesh, Shot};
 use sabaki_fixtures::headless::{DeviceChoice, Headless};
 
 pub use app::show;
@@ -311,10 +311,7 @@ pub enum WindowError {
     Gpu(#[from] GpuError),
     /// The crowd cannot be shown.
     #[error(transparent)]
-    Formation(#[from] FormationError),
-    /// The crowd cannot be posed.
-    #[error(transparent)]
-    Pose(#[from] CrowdError),
+    Crowd(#[from] CrowdError),
     /// The settings make no ball.
     #[error("no ball can be thrown: {0}")]
     Ball(#[from] AttackError),

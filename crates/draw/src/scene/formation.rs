@@ -7,7 +7,6 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use thiserror::Error;
 
 use super::{Camera, CrowdMember, CrowdShot, Detail, Light, MemberGroup, Shot, Skin};
 use sabaki::anim::{Clip, Skeleton};
@@ -15,9 +14,7 @@ use sabaki::crowd::{
     AnimationSet, Character, ClipId, Crowd, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
     Output, Placement, WriteMode,
 };
-use sabaki::lod::{
-    LevelSettings, Levels, LodError, Measure, Rule, SwitchSettings, Switching, View,
-};
+use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, View};
 use sabaki::math::{F32x16, Rigid2, Sphere};
 
 /// Settings of a formation.
@@ -39,17 +36,6 @@ impl Default for FormationSettings {
             threads: 0,
         }
     }
-}
-
-/// Reason why a formation cannot be created.
-#[derive(Debug, Error)]
-pub enum FormationError {
-    /// Levels cannot be built or switched.
-    #[error(transparent)]
-    Lod(#[from] LodError),
-    /// The clips cannot be converted to animations, or there are too many characters.
-    #[error(transparent)]
-    Crowd(#[from] CrowdError),
 }
 
 /// A column of characters that play the same clip, each row later than the row in front of it.
@@ -100,7 +86,7 @@ impl Formation {
         clip: &Clip,
         skin: &Skin,
         settings: &FormationSettings,
-    ) -> Result<Self, FormationError> {
+    ) -> Result<Self, CrowdError> {
         let clips = std::slice::from_ref(clip);
         let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
         let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
@@ -237,7 +223,7 @@ impl Formation {
     ///
     /// # Errors
     /// The field of view or the size is invalid.
-    pub fn look_from(&mut self, camera: &Camera, size: [u32; 2]) -> Result<(), FormationError> {
+    pub fn look_from(&mut self, camera: &Camera, size: [u32; 2]) -> Result<(), CrowdError> {
         let settings = SwitchSettings {
             view: View {
                 fov: camera.field,
@@ -276,11 +262,7 @@ impl Formation {
     ///
     /// # Errors
     /// [`Formation::pose`] has not been called.
-    pub fn shot(
-        &self,
-        camera: Camera,
-        size: [u32; 2],
-    ) -> Result<(Shot, CrowdShot), FormationError> {
+    pub fn shot(&self, camera: Camera, size: [u32; 2]) -> Result<(Shot, CrowdShot), CrowdError> {
         // Shadows are placed in front of the camera, where they are most visible.
         let ahead = camera.target - camera.eye;
         let ahead = Vec3::new(ahead.x, 0.0, ahead.z).normalize_or(Vec3::NEG_Z);

@@ -15,7 +15,7 @@ pub use camera::{Camera, Orbit};
 pub use dodge::{Dodge, DodgeSettings, Nearest};
 pub use duel::{Cut, DuelPlayback, Exchange, Played};
 pub use figure::{Actor, Figure, Look};
-pub use formation::{Formation, FormationError, FormationSettings, level_colour};
+pub use formation::{Formation, FormationSettings, level_colour};
 pub use mesh::{
     Mesh, MeshBone, MeshTexture, MeshVertex, Outfit, Skin, SkinnedBody, skinned_positions,
 };

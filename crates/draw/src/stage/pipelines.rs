@@ -10,7 +10,9 @@ use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT, VIEW_LAYER_FRAG,
     VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
-use sabaki::gpu::internal::{DescriptorSets, Named, Shader, graphics_pipeline, with_stages};
+use sabaki::gpu::internal::{
+    DescriptorSets, Named, Shader, graphics_pipeline, has_one_set, runs_anywhere, with_stages,
+};
 use sabaki::gpu::{Context, GpuError};
 
 /// Format of the shadow map and the depth buffer.
@@ -84,6 +86,17 @@ const ALL: [Desc; 11] = {
         ("view: skinned ghosts", skin, textured, Blended, Mesh),
         ("view: skin's shadow", skin, None, Shadow, Mesh),
     ]
+};
+
+const _: () = {
+    let mut index = 0;
+    while index < ALL.len() {
+        assert!(runs_anywhere(ALL[index].1) && has_one_set(ALL[index].1));
+        if let Some(fragment) = ALL[index].2 {
+            assert!(runs_anywhere(fragment) && has_one_set(fragment));
+        }
+        index += 1;
+    }
 };
 
 /// All pipelines and their layouts. Handles are null by default.

@@ -247,75 +247,57 @@ impl Leg {
     }
 }
 
-/// The plane in which a knee bends further.
-pub(super) struct KneePlane {
-    /// Direction from the hip to the knee.
-    pub thigh: Vec3,
-    /// Direction from the knee to the ankle.
-    pub shin: Vec3,
-    /// Normal of the plane in which knees bend, or nearly: the axis about which the shin rotates to straighten the leg. The shorter, the less
-    /// it is trusted.
-    pub forward: Vec3,
-    /// Flexion from which a plane is trusted that agrees with the hinge, and one that contradicts it.
-    pub trusted: [f32; 2],
-}
+/// Flexion from which the plane of a knee is trusted that agrees with the hinge, and one that contradicts it: of a knee whose plane is
+/// trusted as soon as it is bent.
+const BENT: [f32; 2] = [0.04, 0.04];
+/// The same of a knee that a blend of two motions may have bent the wrong way, but not far.
+const BLENDED: [f32; 2] = [0.25, 0.8];
 
-impl KneePlane {
-    /// [`KneePlane::trusted`] of a knee whose plane is trusted as soon as it is bent.
-    pub(super) const BENT: [f32; 2] = [0.04, 0.04];
-    /// [`KneePlane::trusted`] of a knee that a blend of two motions may have bent the wrong way, but not far.
-    pub(super) const BLENDED: [f32; 2] = [0.25, 0.8];
-
-    /// Rotation of the shin that changes the knee's half angle from one to another, both as sine and cosine.
-    pub(super) fn bend(&self, half_angles: [Vec2; 2]) -> Quat {
-        let normal = self.normal(half_angles.map(|half| 2.0 * half.y));
-        let to = half_angles[1];
-        let (sine, cosine) = (2.0 * to.x * to.y, (to.x - to.y) * (to.x + to.y));
-        arc(
-            self.shin,
-            self.thigh * cosine - normal.cross(self.thigh) * sine,
-        )
+/// Normal of the plane in which a knee bends, perpendicular to the unit vector `thigh` from the hip to the knee; `shin` points from the
+/// knee to the ankle. `forward` is the normal of the plane in which knees bend, or nearly: the axis about which the shin rotates to
+/// straighten the leg. The shorter it is, the less it is trusted. The flexions, now and wanted, are twice the sine of half the angle
+/// between thigh and shin.
+///
+/// Both are continuous: the plane stays as it is if the flexion does, or if it is large.
+fn knee_normal(
+    [thigh, shin]: [Vec3; 2],
+    forward: Vec3,
+    trusted: [f32; 2],
+    [now, wanted]: [f32; 2],
+) -> Vec3 {
+    /// Share of the flexion from which a plane is trusted up to which the hinge counts for more.
+    const BY_HINGE: f32 = 0.75;
+    /// Length from which the hinge is trusted.
+    const TELLS: f32 = 0.25;
+    /// A knee that is bent further by this share of its flexion has left a plane in which it is bent the wrong way.
+    const LEAVES: f32 = 1.5;
+    let hinge = forward.reject_from_normalized(thigh);
+    let told = smooth_step(hinge.length() / TELLS);
+    let hinge = hinge.normalize_or(thigh.any_orthonormal_vector());
+    // Of a straight leg it is what rounding leaves, which may point along the thigh too.
+    let plane = shin.cross(thigh);
+    let plane = plane.reject_from_normalized(thigh).normalize_or(hinge);
+    if wanted <= now {
+        return plane;
     }
-
-    /// Normal of the plane of the bent leg, perpendicular to the thigh. The flexions are twice the sine of half the angle between thigh
-    /// and shin.
-    ///
-    /// Both are continuous: the plane stays as it is if the flexion does, or if it is large.
-    fn normal(&self, [now, wanted]: [f32; 2]) -> Vec3 {
-        /// Share of the flexion from which a plane is trusted up to which the hinge counts for more.
-        const BY_HINGE: f32 = 0.75;
-        /// Length from which the hinge is trusted.
-        const TELLS: f32 = 0.25;
-        /// A knee that is bent further by this share of its flexion has left a plane in which it is bent the wrong way.
-        const LEAVES: f32 = 1.5;
-        let hinge = self.forward.reject_from_normalized(self.thigh);
-        let told = smooth_step(hinge.length() / TELLS);
-        let hinge = hinge.normalize_or(self.thigh.any_orthonormal_vector());
-        // Of a straight leg it is what rounding leaves, which may point along the thigh too.
-        let plane = self.shin.cross(self.thigh);
-        let plane = plane.reject_from_normalized(self.thigh).normalize_or(hinge);
-        if wanted <= now {
-            return plane;
-        }
-        // The normal moves this way until the knee is bent as much as is wanted.
-        let contradicts = (0.5 - plane.dot(hinge)).clamp(0.0, 1.0);
-        let trusted = self.trusted[0] + (self.trusted[1] - self.trusted[0]) * contradicts;
-        let distrust = told * (1.0 - smooth_step(2.0 * now / trusted - 1.0));
-        let by_hinge = hinge * (BY_HINGE * self.trusted[1] * distrust);
-        let way = plane * (now * (1.0 - distrust)) + by_hinge;
-        let way = way.normalize_or(plane);
-        let cosine = plane.dot(way);
-        let (along, more) = (now * cosine, wanted - now);
-        let step = (along * along + more * (wanted + now)).sqrt() - along;
-        let full = plane * now + way * step;
-        if cosine >= 0.0 {
-            return full.normalize_or(plane);
-        }
-        let side = self.thigh.cross(plane);
-        let leaves = LEAVES * now * (-2.0 * cosine).min(1.0);
-        let angle = full.dot(side).atan2(full.dot(plane)) * smooth_step(more / leaves);
-        plane * angle.cos() + side * angle.sin()
+    // The normal moves this way until the knee is bent as much as is wanted.
+    let contradicts = (0.5 - plane.dot(hinge)).clamp(0.0, 1.0);
+    let enough = trusted[0] + (trusted[1] - trusted[0]) * contradicts;
+    let distrust = told * (1.0 - smooth_step(2.0 * now / enough - 1.0));
+    let by_hinge = hinge * (BY_HINGE * trusted[1] * distrust);
+    let way = plane * (now * (1.0 - distrust)) + by_hinge;
+    let way = way.normalize_or(plane);
+    let cosine = plane.dot(way);
+    let (along, more) = (now * cosine, wanted - now);
+    let step = (along * along + more * (wanted + now)).sqrt() - along;
+    let full = plane * now + way * step;
+    if cosine >= 0.0 {
+        return full.normalize_or(plane);
     }
+    let side = thigh.cross(plane);
+    let leaves = LEAVES * now * (-2.0 * cosine).min(1.0);
+    let angle = full.dot(side).atan2(full.dot(plane)) * smooth_step(more / leaves);
+    plane * angle.cos() + side * angle.sin()
 }
 
 /// The shortest rotation from one unit vector to another, accurate for small angles too.
@@ -380,17 +362,17 @@ impl Leg {
             .normalize_or_zero()
             .cross(forward.normalize_or_zero());
         let (forward, trusted) = match knee {
-            Knee::InPlane => (by_foot, KneePlane::BENT),
-            Knee::Forward(Vec3::ZERO) => (by_foot, KneePlane::BLENDED),
-            Knee::Forward(hinge) => (hip.rotation * hinge, KneePlane::BLENDED),
+            Knee::InPlane => (by_foot, BENT),
+            Knee::Forward(Vec3::ZERO) => (by_foot, BLENDED),
+            Knee::Forward(hinge) => (hip.rotation * hinge, BLENDED),
         };
-        let plane = KneePlane {
-            thigh: thigh.normalize_or(Vec3::NEG_Y),
-            shin: shin.normalize_or(Vec3::NEG_Y),
-            forward,
-            trusted,
-        };
-        let bend = plane.bend(half_angles);
+        let bones = [thigh, shin].map(|bone| bone.normalize_or(Vec3::NEG_Y));
+        let flexions = half_angles.map(|half| 2.0 * half.y);
+        let normal = knee_normal(bones, forward, trusted, flexions);
+        // The rotation of the shin that changes the knee's half angle.
+        let to = half_angles[1];
+        let (sine, cosine) = (2.0 * to.x * to.y, (to.x - to.y) * (to.x + to.y));
+        let bend = arc(bones[1], bones[0] * cosine - normal.cross(bones[0]) * sine);
         let swing = match (
             (thigh + bend * shin).try_normalize(),
             wanted.try_normalize(),

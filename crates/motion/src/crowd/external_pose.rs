@@ -47,11 +47,8 @@ impl AnimationSet {
             if weight <= 0.0 {
                 continue;
             }
-            for removed in step {
-                let there = matrices[usize::from(removed.carrier)] * affine(&removed.offset);
-                let model = &mut matrices[usize::from(removed.joint)];
-                model.matrix3 = model.matrix3 * (1.0 - weight) + there.matrix3 * weight;
-                model.translation = model.translation.lerp(there.translation, weight);
+            for blend in step {
+                blend.apply(weight, matrices);
             }
         }
         for (joint, matrix) in matrices.iter().enumerate().take(slice.joints) {

@@ -41,9 +41,6 @@ pub enum LodError {
         /// Joints times joints times frames.
         product: u64,
     },
-    /// The total mass is negative or not finite.
-    #[error("a mass of {0} kg is not possible")]
-    TotalMass(f32),
     /// A joint's mass is negative or not finite.
     #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
     Mass {
@@ -73,14 +70,6 @@ pub enum LodError {
     /// A setting names a joint that the skeleton does not have.
     #[error("the skeleton has no joint {0}")]
     UnknownJoint(u16),
-    /// The number of inverse bind matrices is not the number of joints.
-    #[error("{found} inverse binds for {expected} joints")]
-    Binds {
-        /// Number given.
-        found: usize,
-        /// Joints of the skeleton.
-        expected: usize,
-    },
 }
 
 impl LodError {

@@ -55,7 +55,7 @@ impl Masses {
         match self {
             Self::ByLength(total) => {
                 if !(total.is_finite() && *total >= 0.0) {
-                    return Err(LodError::TotalMass(*total));
+                    return Err(LodError::setting("masses", *total, "at least 0"));
                 }
                 let lengths = massive_lengths(skeleton);
                 let sum: f64 = lengths.iter().sum();

@@ -6,7 +6,7 @@
 //!    displaces the body. It is called once for a skeleton and its clips.
 //! 2. [`Switching::new`] turns the levels into distances from the camera: linear in the energy, or by the error on the screen.
 //! 3. Every frame, [`Switching::choose`] gives the level of a character. A [`Crowd`](crate::crowd::Crowd) does this for all of its
-//!    characters. [`Level::palette`] fills the matrices of a mesh that is bound to the full skeleton.
+//!    characters. [`Level::attachments`] draw a mesh that is bound to the full skeleton.
 //!
 //! A [`Planner`] finds the smallest error on the screen that a budget in milliseconds allows.
 //!

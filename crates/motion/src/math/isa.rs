@@ -224,25 +224,6 @@ pub(super) unsafe fn run_avx512<R>(kernel: impl FnOnce() -> R) -> R {
 mod tests {
     use super::*;
 
-    #[test]
-    fn every_instruction_set_gives_the_same_bits() {
-        let values: Vec<f32> = (0..1003).map(|i| (i as f32 * 0.37).sin()).collect();
-        let sums = |isa: Isa| {
-            isa.run(|| {
-                let mut sums = [0.0f32; 16];
-                for chunk in values.chunks_exact(16) {
-                    for (sum, value) in sums.iter_mut().zip(chunk) {
-                        *sum += value * value;
-                    }
-                }
-                sums
-            })
-        };
-        for isa in Isa::available() {
-            assert_eq!(sums(isa), sums(Isa::Portable), "{isa:?}");
-        }
-    }
-
     struct At<'a>(&'a [u32], &'a [u32; 16]);
 
     impl Lookup for At<'_> {

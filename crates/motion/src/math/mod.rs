@@ -8,7 +8,6 @@ pub mod parallel;
 mod rigid2;
 mod round;
 mod smooth_step;
-mod sorted_indices;
 mod space;
 
 pub use isa::{Isa, Lookup, Words};
@@ -20,5 +19,4 @@ pub use parallel::{in_parallel, thread_count};
 pub use rigid2::{Rigid2, Sphere};
 pub use round::{floor, round};
 pub use smooth_step::smooth_step;
-pub use sorted_indices::sorted_indices;
 pub use space::Space;

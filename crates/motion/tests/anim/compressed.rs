@@ -198,6 +198,8 @@ fn read_naively(skeleton: &Skeleton, packed: &Clip) -> ClipDesc {
         translations: Vec::new(),
     };
     let mut segment = (Vec::new(), Vec::new());
+    // The largest code of each width, which is to need all of its bits.
+    let mut most = Vec::new();
     for frame in 0..packed.frames() {
         if frame % 16 == 0 {
             let widths: Vec<usize> = (0..rows + places + 3)
@@ -205,6 +207,7 @@ fn read_naively(skeleton: &Skeleton, packed: &Clip) -> ClipDesc {
                 .collect();
             let mut bases: Vec<i64> = (0..8 * rows).map(|_| bits.signed(16)).collect();
             bases.extend((0..8 * places + 3).map(|_| bits.signed(32)));
+            most = vec![0; widths.len()];
             segment = (widths, bases);
         }
         let (widths, bases) = &segment;
@@ -215,7 +218,15 @@ fn read_naively(skeleton: &Skeleton, packed: &Clip) -> ClipDesc {
             } else {
                 rows + places + index - 8 * (rows + places)
             };
-            values.push(base + bits.take(widths[row]));
+            let code = bits.take(widths[row]);
+            most[row] = code.max(most[row]);
+            values.push(base + code);
+        }
+        if frame % 16 == 15 || frame + 1 == packed.frames() {
+            let needed = most
+                .iter()
+                .map(|code| (i64::BITS - code.leading_zeros()) as usize);
+            assert!(needed.eq(widths.iter().copied()), "{widths:?}");
         }
         bits.at = bits.at.next_multiple_of(8);
         let metres = |value: i64| value as f32 / 32768.0;
@@ -247,11 +258,16 @@ fn read_naively(skeleton: &Skeleton, packed: &Clip) -> ClipDesc {
 #[test]
 fn frames_are_read_as_the_format_says() {
     let skeleton = small_skeleton();
-    for clip in [
-        swinging_clip(&skeleton, 37, 0.4),
-        stretching_clip(&skeleton),
-    ] {
+    let swinging = swinging_clip(&skeleton, 37, 0.4);
+    // Its root flies so far that its codes take 24 bits.
+    let mut flying = swinging.desc();
+    for (frame, root) in flying.roots.iter_mut().enumerate() {
+        *root = Vec3::X * (frame % 16) as f32 * 32.0;
+    }
+    let flying = Clip::new(&skeleton, flying).unwrap();
+    for clip in [swinging, stretching_clip(&skeleton), flying] {
         let packed = clip.compressed(&skeleton, &settings());
+        assert!(packed.compression_errors().is_some());
         let expected = read_naively(&skeleton, &packed);
         assert_eq!(packed.desc(), expected);
         let mut pose = Pose::default();
@@ -269,13 +285,14 @@ fn frames_are_read_as_the_format_says() {
 #[test]
 fn every_instruction_set_samples_the_same_bits() {
     let skeleton = small_skeleton();
-    let packed = stretching_clip(&skeleton).compressed(&skeleton, &settings());
+    let plain = stretching_clip(&skeleton);
+    let packed = plain.compressed(&skeleton, &settings());
     let (mut first, mut other) = (Pose::default(), Pose::default());
-    for moment in 0..500 {
+    for (moment, clip) in (0..500).flat_map(|moment| [(moment, &plain), (moment, &packed)]) {
         let frame = moment as f32 * 0.1;
-        packed.sample_on(Isa::Portable, frame, &mut first);
+        clip.sample_on(Isa::Portable, frame, &mut first);
         for isa in Isa::available() {
-            packed.sample_on(isa, frame, &mut other);
+            clip.sample_on(isa, frame, &mut other);
             assert_eq!(other, first, "{isa:?} at {frame}");
         }
     }

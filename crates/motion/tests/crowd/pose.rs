@@ -83,13 +83,7 @@ fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
             crowd.advance(0.5);
             posed(&mut crowd)
         };
-        let bits = |lines: &[F32x16]| -> Vec<u32> {
-            lines
-                .iter()
-                .flat_map(|line| line.0)
-                .map(f32::to_bits)
-                .collect()
-        };
+        let bits = |lines: &[F32x16]| bytemuck::cast_slice::<_, u32>(lines).to_vec();
         let best = pose(Isa::best(), 1);
         for threads in [2, 3, 7] {
             assert!(

@@ -1,31 +1,11 @@
 //! Promise: what is drawn instead of a character differs from it by no more pixels than the settings allow, and nothing on the screen jumps.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::clips::frames_of;
-use sabaki_fixtures::lod::{build, points_of, random_levels, rules, screen_error};
-use sabaki_motion::anim::{Clip, JointTransform, Skeleton};
-use sabaki_motion::lod::{
-    Choice, Level, LevelId, Levels, Order, SwitchSettings, Switching, View, affine,
-};
-
-/// The matrices of all joints of the full skeleton as drawn.
-fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affine3A> {
-    let level: &Level = &levels.levels[choice.level.index()];
-    let mut matrices: Vec<Affine3A> = level
-        .kept
-        .iter()
-        .map(|id| affine(&joints[id.index()]))
-        .collect();
-    if choice.blend > 0.0 {
-        let blend = levels.blend(choice.level).unwrap();
-        blend.apply(choice.blend, &mut matrices);
-    }
-    let drawn = |attachment: &sabaki_motion::lod::Attachment| {
-        matrices[usize::from(attachment.carrier)] * affine(&attachment.offset)
-    };
-    level.attachments.iter().map(drawn).collect()
-}
+use sabaki_fixtures::lod::{build, drawn, points_of, random_levels, rules, screen_error};
+use sabaki_motion::anim::{Clip, Skeleton};
+use sabaki_motion::lod::{Choice, LevelId, Levels, Order, SwitchSettings, Switching, View};
 
 #[test]
 fn a_full_blend_is_the_next_level() {

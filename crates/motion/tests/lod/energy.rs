@@ -253,7 +253,7 @@ fn settings_that_make_no_sense_are_errors() {
     }
     for wrong in [-1.0, f32::NAN, f32::INFINITY] {
         let total = fails(&|s| s.masses = Masses::ByLength(wrong), &level);
-        assert!(matches!(total, LodError::TotalMass(_)));
+        assert_eq!(setting_of(total), "masses");
         let mut masses = vec![1.0; skeleton.len()];
         masses[2] = wrong;
         let mass = fails(&|s| s.masses = Masses::Given(masses.clone()), &level);

@@ -7,5 +7,4 @@ mod drawn;
 mod energy;
 mod levels;
 mod motion;
-mod skin;
 mod switching;

@@ -1,10 +1,11 @@
 //! Promise: a level of detail keeps the motion of the joints that it keeps, whatever was removed.
 
-use glam::{DQuat, DVec3};
+use crate::{ExactPlace, exact_places};
+use glam::DVec3;
 use sabaki_fixtures::captures::each_capture;
 use sabaki_fixtures::lod::{order_of, random_case};
 use sabaki_fixtures::random::Random;
-use sabaki_motion::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki_motion::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki_motion::lod::{Level, LevelMotion, Levels, LodError};
 
 /// How far a kept joint is from where the clip has it at most, metres, and its axes' tips.
@@ -12,12 +13,12 @@ fn worst_difference(skeleton: &Skeleton, clip: &Clip, level: &Level) -> f64 {
     let motion = LevelMotion::new(skeleton, clip, level).unwrap();
     assert_eq!(motion.frames, clip.frames());
     assert_eq!(motion.tracks.len(), level.kept.len());
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let mut pose = Pose::default();
     let mut worst = 0f64;
     for frame in 0..clip.frames() {
         clip.pose(frame, &mut pose);
-        forward_kinematics(skeleton, &pose, &mut joints);
-        let mut level_joints: Vec<(DQuat, DVec3)> = Vec::new();
+        let joints = exact_places(skeleton, &pose);
+        let mut level_joints: Vec<ExactPlace> = Vec::new();
         for ((track, parent), id) in motion.tracks.iter().zip(&motion.parents).zip(&level.kept) {
             let local = (
                 track.rotations[frame].as_dquat(),
@@ -30,14 +31,10 @@ fn worst_difference(skeleton: &Skeleton, clip: &Clip, level: &Level) -> f64 {
                     (turn * local.0, place + turn * local.1)
                 }
             };
-            let JointTransform {
-                rotation,
-                translation,
-            } = joints[id.index()];
-            worst = worst.max((place - translation.as_dvec3()).length());
-            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-                let full = rotation.as_dquat().normalize();
-                worst = worst.max((turn.normalize() * axis - full * axis).length());
+            let (full_turn, full_place) = joints[id.index()];
+            worst = worst.max(place.distance(full_place));
+            for axis in DVec3::AXES {
+                worst = worst.max((turn.normalize() * axis).distance(full_turn * axis));
             }
             level_joints.push((turn, place));
         }

@@ -311,10 +311,7 @@ impl<'a> Truth<'a> {
             for (index, joint) in joints.iter().enumerate() {
                 let above = joint.parent.map(|parent| decoded[parent.index()]);
                 let wanted = match above {
-                    Some(above) => {
-                        let from = truth[index].translation - above.translation;
-                        above.rotation.conjugate() * from
-                    }
+                    Some(above) => above.sees(&truth[index]).translation,
                     None => truth[index].translation,
                 };
                 let (whole, local) = match self.fixed[index] {
@@ -473,13 +470,13 @@ fn push_rows<const ROWS: usize>(values: &[[i32; ROWS]], out: &mut Vec<i32>) {
 }
 
 /// Number of bits of codes from 0 to `range`.
-pub(super) fn width_of(range: u32) -> u8 {
+fn width_of(range: u32) -> u8 {
     (u32::BITS - range.leading_zeros()) as u8
 }
 
 /// Appends codes to bytes, bit by bit from the lowest.
 #[derive(Debug, Default)]
-pub(super) struct BitWriter {
+struct BitWriter {
     bytes: Vec<u8>,
     /// Bits that fill no byte yet.
     rest: u64,
@@ -487,7 +484,7 @@ pub(super) struct BitWriter {
 }
 
 impl BitWriter {
-    pub(super) fn push(&mut self, code: u32, width: u8) {
+    fn push(&mut self, code: u32, width: u8) {
         self.rest |= u64::from(code) << self.bits;
         self.bits += u32::from(width);
         while self.bits >= 8 {
@@ -498,18 +495,18 @@ impl BitWriter {
     }
 
     /// Fills the last byte with zeros.
-    pub(super) fn align(&mut self) {
+    fn align(&mut self) {
         if self.bits > 0 {
             self.push(0, (8 - self.bits) as u8);
         }
     }
 
-    pub(super) fn extend(&mut self, bytes: &[u8]) {
+    fn extend(&mut self, bytes: &[u8]) {
         self.align();
         self.bytes.extend_from_slice(bytes);
     }
 
-    pub(super) fn finish(mut self) -> Vec<u8> {
+    fn finish(mut self) -> Vec<u8> {
         self.align();
         self.bytes
     }

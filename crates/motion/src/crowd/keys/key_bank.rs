@@ -7,7 +7,7 @@
 
 use super::clip_times::{ClipRange, FrameKeys};
 use super::tracks::{Keys, Place, Tracks};
-use crate::math::{KeyPlace, KeyUnit, sorted_indices};
+use crate::math::{KeyPlace, KeyUnit};
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KeyBank {
@@ -48,7 +48,8 @@ impl TrackPlaces {
             let [first, last] = tracks.levels[track];
             (first > 0, std::cmp::Reverse(last))
         };
-        let order = sorted_indices(tracks.len(), &|a, b| key(a).cmp(&key(b)));
+        let mut order: Vec<usize> = (0..tracks.len()).collect();
+        order.sort_by_key(key);
         let mut quads = vec![0; tracks.len()];
         let (mut quad, mut is_first) = (0, true);
         for track in order {
