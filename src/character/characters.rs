@@ -124,7 +124,7 @@ impl Characters {
         self.now
     }
 
-    /// Sets [`CharacterSettings::delay`] of all kinds, for example when answers come from a slower device.
+    /// Sets [`CharacterSettings::delay`] of all kinds.
     ///
     /// # Errors
     /// A delay of more than [`CharacterSettings::MOST_DELAY`].

@@ -66,8 +66,8 @@ const REQUIREMENTS: [Requirement; 9] = [
 
 /// All requirements, first those that are not optional.
 ///
-/// No limit is needed above the minimum that Vulkan guarantees (the specification, "Required Limits"), so none is checked. Where an input needs more than a device offers, the work is
-/// divided (large attacks and many queries of the stencil path by further renderings), or refused by name
+/// No limit is needed above the minimum that Vulkan guarantees (the specification, "Required Limits"), so none is checked. Where an input needs
+/// more than a device offers, the work is divided (large attacks and many queries of the stencil path by further renderings), or refused by name
 /// ([`GpuError::Limit`](super::GpuError::Limit): maps above `maxStorageBufferRange`, which is at least 128 MiB, and on the compute path more
 /// candidates than `maxComputeWorkGroupCount`, which is at least 65,535).
 pub fn requirements() -> &'static [Requirement] {
