@@ -560,32 +560,30 @@ impl CharacterState {
         let known = answer.clearance();
         let mut motion = scratch.motion();
         motion.clone_from(&scratch.answer.motion);
-        let (mut motion, is_blended) = self.continued(planning, motion);
-        // Without a blend the query has measured all but the first moments.
-        let end = match is_blended {
-            true => evasions_end(world.baked.graph(), &motion, scope.plain.end()),
-            false => SOON,
-        };
-        if self.pushes_too_hard(planning, &mut motion, end, kept, scratch) {
-            scratch.keep_memory(motion);
-            return None;
-        }
+        let (motion, is_blended) = self.continued(planning, motion);
         let metres = known.metres + scope.margin;
         let known = Clearance { metres, ..known };
         let test = PlanTest {
             world,
             attack: scope.plain,
         };
-        if scratch.answer.avoided && !is_blended && !scope.evasions_only {
-            return Some(test.known(motion, known));
-        }
         // A motion that is measured later needs no test.
         let weights = scratch.ahead.iter().map(|obstacle| obstacle.weight);
         let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
-        if !is_blended && !scratch.ahead.is_empty() && metres < -spared {
-            return Some(test.known(motion, known));
+        let is_measured_later = !scratch.ahead.is_empty() && metres < -spared;
+        let is_known = scratch.answer.avoided && !scope.evasions_only || is_measured_later;
+        let mut tested = match is_known && !is_blended {
+            true => test.known(motion, known),
+            false => test.until_hit(motion, scratch),
+        };
+        // Without a blend the query has measured all but the first moments.
+        let end = if is_blended { tested.end } else { SOON };
+        let is_clean = tested.is_clean();
+        if is_clean && self.pushes_too_hard(planning, &mut tested.motion, end, kept, scratch) {
+            scratch.keep_memory(tested.motion);
+            return None;
         }
-        Some(test.until_hit(motion, scratch))
+        Some(tested)
     }
 
     /// Whether a motion that continues the played one asks the body until `end` to push off harder than in the answers of queries, and harder than the played

@@ -112,6 +112,9 @@ impl Warper {
         let (baked, settings) = (case.baked, case.settings);
         self.used = 0;
         for _ in 0..MOMENTS {
+            if body.is_late() {
+                break;
+            }
             self.add_ticks(time);
             let mut goal = Goal::new(baked, settings, motion, &self.ticks[..self.used])?;
             let numbers = self.solve_ticks(case, &mut goal, motion)?;
@@ -240,7 +243,8 @@ pub(in crate::query) fn warp_hits(
         for at in 0..evaluator.order.len() {
             let Bound { value, index } = evaluator.order[at];
             let time = evaluator.evaluated[index].map(|one| one.clearance.time)?;
-            if -value - margin > settings.warp.deepest || tried == settings.warp.candidates {
+            let is_enough = tried == settings.warp.candidates || evaluator.body().is_late();
+            if -value - margin > settings.warp.deepest || is_enough {
                 break;
             }
             round.motion(index, motion);
