@@ -586,8 +586,8 @@ impl CharacterState {
         Some(tested)
     }
 
-    /// Whether a motion that continues the played one asks the body until `end` to push off harder than in the answers of queries, and harder than the played
-    /// motion, `kept`, does anyway in the next moments.
+    /// Whether a motion that continues the played one asks the body until `end` to push off harder than in the answers of queries, and harder
+    /// than the played motion, `kept`, does anyway in the next moments.
     fn pushes_too_hard(
         &self,
         planning: &Planning<'_>,
